@@ -1,0 +1,1 @@
+//! Coupling loop, condition (46), launching of participants, records.

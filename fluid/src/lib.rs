@@ -1,0 +1,1 @@
+//! Incompressible SPH fluid (ISPH, projection method).

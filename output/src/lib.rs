@@ -1,0 +1,1 @@
+//! The files a run leaves, and the report made from them.

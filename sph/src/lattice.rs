@@ -1,0 +1,54 @@
+//! Particles on lattices that fit boxes exactly.
+
+use crate::Vector;
+
+/// A box filled with particles at cell centres, the cells fitted so that they tile the box exactly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lattice<const D: usize> {
+    /// Particle positions (m), the first axis running fastest.
+    pub positions: Vec<Vector<D>>,
+    /// Cell edge along each axis (m), within the fit of the spacing asked for.
+    pub cell: Vector<D>,
+    /// Cells along each axis.
+    pub counts: [usize; D],
+}
+
+impl<const D: usize> Lattice<D> {
+    /// Fills the box from `low` to `high` (m) with cells as near to `spacing` (m) as tile it: `round(length/spacing)`, at least one, an axis.
+    pub fn fill_box(low: Vector<D>, high: Vector<D>, spacing: f64) -> Self {
+        let counts: [usize; D] =
+            std::array::from_fn(|i| (((high[i] - low[i]) / spacing).round() as usize).max(1));
+        let cell = Vector::from_fn(|i, _| (high[i] - low[i]) / counts[i] as f64);
+        let total = counts.iter().product();
+        let positions = (0..total)
+            .map(|mut n| {
+                Vector::from_fn(|i, _| {
+                    let k = n % counts[i];
+                    n /= counts[i];
+                    low[i] + (k as f64 + 0.5) * cell[i]
+                })
+            })
+            .collect();
+        Self { positions, cell, counts }
+    }
+
+    /// Volume of one cell (m³; in two dimensions for one metre of depth).
+    pub fn cell_volume(&self) -> f64 {
+        self.cell.iter().product()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gate_is_tiled_exactly() {
+        let gate = Lattice::<2>::fill_box(Vector::from([0.1, 0.0]), Vector::from([0.105, 0.079]), 1.25e-3);
+        assert_eq!(gate.counts, [4, 63]);
+        assert!((gate.cell_volume() * gate.positions.len() as f64 - 0.005 * 0.079).abs() < 1e-18);
+        assert!((gate.positions[1] - gate.positions[0]).y.abs() < 1e-18);
+        let top = gate.positions.last().unwrap();
+        assert!((top.y + 0.5 * gate.cell.y - 0.079).abs() < 1e-16);
+    }
+}

@@ -1,0 +1,246 @@
+//! Neighbour lists in compressed rows, found with a uniform grid of cells.
+
+use crate::Vector;
+use rayon::prelude::*;
+
+/// Lists of neighbours: those of query point `i` are `indices[offsets[i]..offsets[i + 1]]`, in a fixed order that depends on the
+/// points alone (cell by cell, by index within a cell), so that sums over them do not depend on the number of threads.
+#[derive(Clone, Debug, Default)]
+pub struct NeighbourList {
+    offsets: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+impl NeighbourList {
+    /// Neighbours of point `i`.
+    #[inline]
+    pub fn of(&self, i: usize) -> &[u32] {
+        &self.indices[self.range(i)]
+    }
+
+    /// Where the pairs of point `i` stand in arrays that hold one entry a pair.
+    #[inline]
+    pub fn range(&self, i: usize) -> std::ops::Range<usize> {
+        self.offsets[i] as usize..self.offsets[i + 1] as usize
+    }
+
+    /// Number of query points.
+    pub fn len(&self) -> usize {
+        self.offsets.len().saturating_sub(1)
+    }
+
+    /// Whether there are no query points.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Number of pairs over all points.
+    pub fn pairs(&self) -> usize {
+        self.indices.len()
+    }
+
+    /// Row starts, `len() + 1` of them.
+    pub fn offsets(&self) -> &[u32] {
+        &self.offsets
+    }
+
+    /// Neighbour indices, row after row.
+    pub fn indices(&self) -> &[u32] {
+        &self.indices
+    }
+
+    /// Finds, for every query point, the grid's points nearer than the grid's radius, coincident ones left out
+    /// (so that a list over its own points does not hold the point itself). Memory of earlier calls is used again.
+    pub fn rebuild<const D: usize>(
+        &mut self,
+        queries: &[Vector<D>],
+        grid: &CellGrid<D>,
+        points: &[Vector<D>],
+    ) {
+        let counts: Vec<u32> = queries
+            .par_iter()
+            .with_min_len(256)
+            .map(|q| {
+                let mut count = 0;
+                grid.for_each_near(q, points, |_| count += 1);
+                count
+            })
+            .collect();
+        self.offsets.clear();
+        self.offsets.push(0);
+        let mut total = 0u32;
+        for count in counts {
+            total += count;
+            self.offsets.push(total);
+        }
+        self.indices.resize(total as usize, 0);
+        let mut rows: Vec<&mut [u32]> = Vec::with_capacity(queries.len());
+        let mut rest = self.indices.as_mut_slice();
+        for i in 0..queries.len() {
+            let (row, tail) = rest.split_at_mut((self.offsets[i + 1] - self.offsets[i]) as usize);
+            rows.push(row);
+            rest = tail;
+        }
+        rows.par_iter_mut().with_min_len(256).zip(queries).for_each(|(row, q)| {
+            let mut next = 0;
+            grid.for_each_near(q, points, |j| {
+                row[next] = j;
+                next += 1;
+            });
+        });
+    }
+}
+
+/// Points binned into cubic cells as wide as the search radius.
+#[derive(Clone, Debug)]
+pub struct CellGrid<const D: usize> {
+    radius: f64,
+    origin: Vector<D>,
+    counts: [usize; D],
+    starts: Vec<u32>,
+    members: Vec<u32>,
+}
+
+impl<const D: usize> CellGrid<D> {
+    /// Bins `points` (m, finite) for searches within `radius` (m).
+    pub fn new(points: &[Vector<D>], radius: f64) -> Self {
+        assert!(radius > 0.0, "a search radius is positive");
+        let mut low = Vector::<D>::repeat(f64::INFINITY);
+        let mut high = Vector::<D>::repeat(f64::NEG_INFINITY);
+        for p in points {
+            low = low.inf(p);
+            high = high.sup(p);
+        }
+        if points.is_empty() {
+            (low, high) = (Vector::zeros(), Vector::zeros());
+        }
+        let counts: [usize; D] = std::array::from_fn(|i| ((high[i] - low[i]) / radius) as usize + 1);
+        let mut grid = Self { radius, origin: low, counts, starts: Vec::new(), members: Vec::new() };
+        let cells: usize = counts.iter().product();
+        let mut starts = vec![0u32; cells + 1];
+        let bins: Vec<usize> = points.iter().map(|p| grid.bin(p)).collect();
+        for &bin in &bins {
+            starts[bin + 1] += 1;
+        }
+        for c in 0..cells {
+            starts[c + 1] += starts[c];
+        }
+        let mut next = starts.clone();
+        let mut members = vec![0u32; points.len()];
+        for (i, &bin) in bins.iter().enumerate() {
+            members[next[bin] as usize] = i as u32;
+            next[bin] += 1;
+        }
+        (grid.starts, grid.members) = (starts, members);
+        grid
+    }
+
+    fn bin(&self, point: &Vector<D>) -> usize {
+        let mut bin = 0;
+        for i in (0..D).rev() {
+            let k = ((point[i] - self.origin[i]) / self.radius) as usize;
+            bin = bin * self.counts[i] + k.min(self.counts[i] - 1);
+        }
+        bin
+    }
+
+    /// Calls `visit` with every binned point nearer to `query` than the radius and not coincident with it, in fixed order.
+    /// `points` are the points the grid was made of.
+    #[inline]
+    pub fn for_each_near(&self, query: &Vector<D>, points: &[Vector<D>], mut visit: impl FnMut(u32)) {
+        let mut low = [0usize; D];
+        let mut high = [0usize; D];
+        for i in 0..D {
+            let k = ((query[i] - self.origin[i]) / self.radius).floor() as i64;
+            let last = self.counts[i] as i64 - 1;
+            if k < -1 || k > last + 1 {
+                return;
+            }
+            low[i] = (k - 1).max(0) as usize;
+            high[i] = (k + 1).min(last) as usize;
+        }
+        let radius_squared = self.radius * self.radius;
+        let mut cell = low;
+        loop {
+            // Cells of a run along the first axis are neighbours in memory: one run, one slice.
+            let mut first = 0;
+            for i in (1..D).rev() {
+                first = (first + cell[i]) * self.counts[i - 1];
+            }
+            let from = self.starts[first + low[0]] as usize;
+            let to = self.starts[first + high[0] + 1] as usize;
+            for &j in &self.members[from..to] {
+                let distance_squared = (query - points[j as usize]).norm_squared();
+                if distance_squared < radius_squared && distance_squared > 0.0 {
+                    visit(j);
+                }
+            }
+            let mut axis = 1;
+            loop {
+                if axis == D {
+                    return;
+                }
+                if cell[axis] < high[axis] {
+                    cell[axis] += 1;
+                    break;
+                }
+                cell[axis] = low[axis];
+                axis += 1;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scattered<const D: usize>(count: usize) -> Vec<Vector<D>> {
+        let mut seed = 12345u64;
+        let mut next = || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 33) as f64 / (1u64 << 31) as f64
+        };
+        (0..count).map(|_| Vector::from_fn(|_, _| next())).collect()
+    }
+
+    fn agrees_with_all_pairs<const D: usize>() {
+        let (points, queries) = (scattered::<D>(300), scattered::<D>(170));
+        let radius = 0.17;
+        let mut list = NeighbourList::default();
+        list.rebuild(&queries, &CellGrid::new(&points, radius), &points);
+        for (i, q) in queries.iter().enumerate() {
+            let mut found = list.of(i).to_vec();
+            found.sort_unstable();
+            let expected: Vec<u32> = (0..points.len() as u32)
+                .filter(|&j| {
+                    let d = (q - points[j as usize]).norm();
+                    d < radius && d > 0.0
+                })
+                .collect();
+            assert_eq!(found, expected, "query {i}");
+        }
+    }
+
+    #[test]
+    fn lists_agree_with_all_pairs_in_two_dimensions() {
+        agrees_with_all_pairs::<2>();
+    }
+
+    #[test]
+    fn lists_agree_with_all_pairs_in_three_dimensions() {
+        agrees_with_all_pairs::<3>();
+    }
+
+    #[test]
+    fn queries_far_outside_the_grid_find_nothing() {
+        let points = scattered::<2>(10);
+        let mut list = NeighbourList::default();
+        list.rebuild(
+            &[Vector::from([50.0, 0.5]), Vector::from([-9.0, -9.0])],
+            &CellGrid::new(&points, 0.2),
+            &points,
+        );
+        assert_eq!(list.pairs(), 0);
+    }
+}

@@ -1,0 +1,1 @@
+//! Mock partners and the conformance suite for participants.
