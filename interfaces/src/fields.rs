@@ -1,0 +1,188 @@
+//! Arrays that travel: one flat array a port.
+
+use crate::port::{Direction, Exchange, Port};
+use thiserror::Error;
+
+/// The arrays of one direction of a participant, one a port, each `points × components` doubles, point by point.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Fields {
+    ports: Vec<Port>,
+    arrays: Vec<Vec<f64>>,
+}
+
+/// A field that must not cross a boundary.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum FieldError {
+    /// Not a number, or infinite.
+    #[error("field `{port}` is not finite: component {component} at point {point} is {value}")]
+    NotFinite {
+        /// Port of the field.
+        port: String,
+        /// Interface point of the first such value.
+        point: usize,
+        /// Its component.
+        component: usize,
+        /// The value.
+        value: f64,
+    },
+    /// An array of the wrong length.
+    #[error(
+        "field `{port}` has {found} values where {expected} belong ({points} points of {components} components)"
+    )]
+    WrongLength {
+        /// Port of the field.
+        port: String,
+        /// Values that came.
+        found: usize,
+        /// Values that belong there.
+        expected: usize,
+        /// Interface points.
+        points: usize,
+        /// Doubles a point.
+        components: usize,
+    },
+}
+
+impl Fields {
+    /// Zeroed arrays for those of `ports` that have the direction, in their order; `points` stands in where a port names no number.
+    pub fn new(ports: &[Port], direction: Direction, points: usize) -> Self {
+        let ports: Vec<Port> = ports
+            .iter()
+            .filter(|p| p.direction == direction)
+            .map(|p| Port { points: Some(p.points.unwrap_or(points)), ..p.clone() })
+            .collect();
+        let arrays = ports.iter().map(|p| vec![0.0; length(p)]).collect();
+        Self { ports, arrays }
+    }
+
+    /// The ports, in order; every one names its number of points.
+    pub fn ports(&self) -> &[Port] {
+        &self.ports
+    }
+
+    /// The array of the port of that name.
+    pub fn get(&self, name: &str) -> Option<&[f64]> {
+        self.index(name).map(|i| self.arrays[i].as_slice())
+    }
+
+    /// The array of the port of that name, to write.
+    pub fn get_mut(&mut self, name: &str) -> Option<&mut [f64]> {
+        self.index(name).map(|i| self.arrays[i].as_mut_slice())
+    }
+
+    /// Ports with their arrays, in order.
+    pub fn iter(&self) -> impl Iterator<Item = (&Port, &[f64])> {
+        self.ports.iter().zip(self.arrays.iter().map(Vec::as_slice))
+    }
+
+    /// Ports with their arrays, in order, to write.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = (&Port, &mut [f64])> {
+        self.ports.iter().zip(self.arrays.iter_mut().map(Vec::as_mut_slice))
+    }
+
+    /// Copies from `other` every field whose name stands on both sides and that `exchange` admits; lengths must agree.
+    pub fn copy_from(&mut self, other: &Self, exchange: impl Fn(Exchange) -> bool) -> Result<(), FieldError> {
+        for (port, array) in self.ports.iter().zip(&mut self.arrays) {
+            if !exchange(port.exchange) {
+                continue;
+            }
+            if let Some(source) = other.get(&port.name) {
+                if source.len() != array.len() {
+                    return Err(wrong_length(port, source.len()));
+                }
+                array.copy_from_slice(source);
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses values that are not finite, naming the first.
+    pub fn check_finite(&self) -> Result<(), FieldError> {
+        for (port, array) in self.iter() {
+            if let Some(at) = array.iter().position(|v| !v.is_finite()) {
+                return Err(FieldError::NotFinite {
+                    port: port.name.clone(),
+                    point: at / port.components,
+                    component: at % port.components,
+                    value: array[at],
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Doubles in all arrays that `exchange` admits.
+    pub fn total(&self, exchange: impl Fn(Exchange) -> bool) -> usize {
+        self.iter().filter(|(p, _)| exchange(p.exchange)).map(|(_, a)| a.len()).sum()
+    }
+
+    fn index(&self, name: &str) -> Option<usize> {
+        self.ports.iter().position(|p| p.name == name)
+    }
+}
+
+/// The error for an array of `found` values on `port`.
+pub fn wrong_length(port: &Port, found: usize) -> FieldError {
+    FieldError::WrongLength {
+        port: port.name.clone(),
+        found,
+        expected: length(port),
+        points: port.points.unwrap_or(0),
+        components: port.components,
+    }
+}
+
+fn length(port: &Port) -> usize {
+    port.points.unwrap_or(0) * port.components
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::port::Quantity;
+
+    fn ports() -> Vec<Port> {
+        vec![
+            Port::new("position", Quantity::Position, 2, Some(3), Direction::Out),
+            Port::new("density", Quantity::Density, 2, Some(3), Direction::Out).constant(),
+            Port::new("pressure_gradient", Quantity::PressureGradient, 2, None, Direction::In),
+        ]
+    }
+
+    #[test]
+    fn arrays_have_the_ports_shapes() {
+        let out = Fields::new(&ports(), Direction::Out, 9);
+        assert_eq!((out.get("position").unwrap().len(), out.get("density").unwrap().len()), (6, 3));
+        assert_eq!(out.total(|e| e == Exchange::EveryWindow), 6);
+        assert_eq!(Fields::new(&ports(), Direction::In, 9).get("pressure_gradient").unwrap().len(), 18);
+        assert!(out.get("pressure_gradient").is_none());
+    }
+
+    #[test]
+    fn the_first_value_that_is_not_finite_is_named() {
+        let mut out = Fields::new(&ports(), Direction::Out, 0);
+        out.get_mut("position").unwrap()[3] = f64::NAN;
+        let message = out.check_finite().unwrap_err().to_string();
+        assert_eq!(message, "field `position` is not finite: component 1 at point 1 is NaN");
+    }
+
+    #[test]
+    fn fields_are_paired_by_name_and_lengths_must_agree() {
+        let mut out = Fields::new(&ports(), Direction::Out, 0);
+        out.get_mut("position").unwrap()[0] = 7.0;
+        let mut taken = Fields::new(
+            &[Port::new("position", Quantity::Position, 2, None, Direction::In)],
+            Direction::In,
+            3,
+        );
+        taken.copy_from(&out, |_| true).unwrap();
+        assert_eq!(taken.get("position").unwrap()[0], 7.0);
+        let mut shorter = Fields::new(
+            &[Port::new("position", Quantity::Position, 2, Some(2), Direction::In)],
+            Direction::In,
+            0,
+        );
+        let message = shorter.copy_from(&out, |_| true).unwrap_err().to_string();
+        assert_eq!(message, "field `position` has 6 values where 4 belong (2 points of 2 components)");
+    }
+}

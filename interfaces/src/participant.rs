@@ -1,0 +1,235 @@
+//! The participant contract.
+//!
+//! Order of calls (the table in [`crate::lifecycle`] is the law):
+//!
+//! ```text
+//! describe → initialize → { start → finish (again: start → finish) … → accept } … → terminate
+//! ```
+//!
+//! - `start` and `finish` are apart so that participants can work at the same time without threads in the coupler.
+//! - Every `start` solves its window **from the last accepted state**: solving again needs no roll-back ritual, and gives the same
+//!   result to the bit for the same input.
+//! - Time is the coupler's: a participant takes it from the window.
+//! - A participant whose call failed is broken for good; all it can do is `terminate`.
+
+use crate::{Direction, FieldError, Fields, IllegalCall, Port, TimeWindow};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use thiserror::Error;
+
+/// The side of the coupling a participant stands on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// Takes motion, gives loads.
+    Fluid,
+    /// Takes loads, gives motion.
+    Structure,
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Fluid => "fluid",
+            Self::Structure => "structure",
+        })
+    }
+}
+
+/// A number that a participant reports after every solution of a window, for the records.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Scalar {
+    /// Name in full words, as it heads its column: `kinetic_energy`, or `<probe>.<component>` for a probe.
+    pub name: String,
+    /// SI unit, `1` for counts and ratios.
+    pub unit: String,
+    /// Where it is recorded.
+    pub kind: ScalarKind,
+}
+
+/// Where a scalar is recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScalarKind {
+    /// In `windows.csv`, its column headed `<role>.<name>`.
+    Balance,
+    /// In `probes.csv`, its column headed `<name>`.
+    Probe,
+}
+
+/// What a participant is and exchanges. It does not change over a life.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Description {
+    /// Which side it is.
+    pub role: Role,
+    /// What solves it, for messages and records: `meniscus fluid (ISPH)`.
+    pub solver: String,
+    /// Space dimension, 2 or 3.
+    pub dimension: usize,
+    /// What it takes and gives.
+    pub ports: Vec<Port>,
+    /// What it reports.
+    pub scalars: Vec<Scalar>,
+}
+
+impl Description {
+    /// Zeroed fields of one direction; `points` stands in where a port names no number of its own.
+    pub fn fields(&self, direction: Direction, points: usize) -> Fields {
+        Fields::new(&self.ports, direction, points)
+    }
+}
+
+/// What an initialised participant says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Readiness {
+    /// Largest first window it can solve (s); infinite where it does not mind.
+    pub window_limit: f64,
+    /// Its scalars at the start.
+    pub scalars: Vec<f64>,
+}
+
+/// What a participant says of a window it solved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WindowReport {
+    /// Sub-steps taken.
+    pub sub_steps: u32,
+    /// Largest next window it can solve (s); infinite where it does not mind.
+    pub window_limit: f64,
+    /// Wall time of its own work on this solution (s).
+    pub compute_seconds: f64,
+    /// Its scalars at the window's end.
+    pub scalars: Vec<f64>,
+}
+
+/// The contract. Errors leave the participant broken (see [`crate::lifecycle`]).
+pub trait Participant {
+    /// What it is and exchanges.
+    fn describe(&self) -> &Description;
+
+    /// Takes the constant fields and the initial values of the others at time `start` (s), and gives its own. A structure is initialised
+    /// first, with zero loads; the fluid then takes the structure's constants and initial motion.
+    fn initialize(
+        &mut self,
+        start: f64,
+        inputs: &Fields,
+        outputs: &mut Fields,
+    ) -> Result<Readiness, ParticipantError>;
+
+    /// Begins to solve the window from the last accepted state. Does not wait for the solution where another process solves.
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError>;
+
+    /// Waits for the solution begun by `start`: the fields that are exchanged every window, and a report. Constant fields are left as they are.
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError>;
+
+    /// The last solution is final. With a number, the participant writes its snapshot of that number.
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError>;
+
+    /// The accepted state, whole, for a restart with the same case.
+    fn save(&mut self) -> Result<Vec<u8>, ParticipantError>;
+
+    /// Goes back (or on) to a saved state.
+    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError>;
+
+    /// Ends in order: outputs are whole, resources are given back.
+    fn terminate(&mut self) -> Result<(), ParticipantError>;
+}
+
+impl<P: Participant + ?Sized> Participant for Box<P> {
+    fn describe(&self) -> &Description {
+        (**self).describe()
+    }
+    fn initialize(
+        &mut self,
+        start: f64,
+        inputs: &Fields,
+        outputs: &mut Fields,
+    ) -> Result<Readiness, ParticipantError> {
+        (**self).initialize(start, inputs, outputs)
+    }
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+        (**self).start(window, inputs)
+    }
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+        (**self).finish(outputs)
+    }
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+        (**self).accept(snapshot)
+    }
+    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+        (**self).save()
+    }
+    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        (**self).restore(state)
+    }
+    fn terminate(&mut self) -> Result<(), ParticipantError> {
+        (**self).terminate()
+    }
+}
+
+/// Why a call on a participant failed. Every variant says what its message needs; the coupler adds role, window and time.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ParticipantError {
+    /// A call out of order.
+    #[error(transparent)]
+    IllegalCall(#[from] IllegalCall),
+    /// A window that is not the next one.
+    #[error("window {window} cannot be started: {what}")]
+    WrongWindow {
+        /// The window's number.
+        window: u64,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// A field that must not cross.
+    #[error(transparent)]
+    Field(#[from] FieldError),
+    /// The solver gave up; its own words.
+    #[error("{0}")]
+    Failed(String),
+    /// Both sides' descriptions do not fit; one line each.
+    #[error("the handshake found {} mismatch(es):\n  {}", .0.len(), .0.join("\n  "))]
+    Mismatch(Vec<String>),
+    /// The process is gone.
+    #[error("its process died {during}")]
+    Died {
+        /// What it was asked for: `while solving window 17, iteration 0`.
+        during: String,
+    },
+    /// No answer by the deadline.
+    #[error("it gave no answer within its deadline of {seconds} s {during}")]
+    TimedOut {
+        /// What it was asked for.
+        during: String,
+        /// The deadline.
+        seconds: f64,
+    },
+    /// A message that the protocol does not allow here.
+    #[error("it broke the protocol {during}: {what}")]
+    Protocol {
+        /// What it was asked for.
+        during: String,
+        /// What came.
+        what: String,
+    },
+    /// Shared memory failed.
+    #[error("shared memory failed {during}: {what}")]
+    Transport {
+        /// What was tried.
+        during: String,
+        /// What the transport said.
+        what: String,
+    },
+    /// The run was told to stop.
+    #[error("the run was interrupted {during}")]
+    Interrupted {
+        /// What was waited for.
+        during: String,
+    },
+}
+
+impl ParticipantError {
+    /// A solver's failure in its own words.
+    pub fn failed(what: impl Into<String>) -> Self {
+        Self::Failed(what.into())
+    }
+}
