@@ -1,1 +1,9 @@
-//! Coupling loop, condition (46), launching of participants, records.
+//! Couples a fluid and a structure: time windows, sub-steps, condition (46), launching of participants, records.
+//!
+//! Start at [`schemes::serial_explicit`], the coupling loop. It sees participants and slices: no socket, no file, no wall clock, and
+//! neither solver by name. [`schedule`] keeps the time, [`condition46`] the balance along the normals.
+
+pub mod condition46;
+pub mod schedule;
+pub mod schemes;
+pub mod side;

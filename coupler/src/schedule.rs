@@ -1,0 +1,129 @@
+//! Time, kept by the coupler alone: `t0 + Σ size` over the accepted windows, and sizes that arrive at output and end times without slivers.
+
+use interfaces::{SubSteps, TimeWindow};
+
+/// Counts windows, keeps the time, and sets each window's size.
+#[derive(Clone, Debug)]
+pub struct Schedule {
+    start_time: f64,
+    time: f64,
+    end_time: f64,
+    output_interval: f64,
+    max_window: f64,
+    sub_steps: SubSteps,
+    windows: u64,
+    outputs: u64,
+}
+
+/// What is left of an output interval counts as none below this fraction of the interval: rounding of the sum of window sizes.
+const ARRIVED: f64 = 1e-9;
+
+impl Schedule {
+    /// From `start_time` to `end_time` (s), an output every `output_interval` (s), no window longer than `max_window` (s).
+    pub fn new(
+        start_time: f64,
+        end_time: f64,
+        output_interval: f64,
+        max_window: f64,
+        sub_steps: SubSteps,
+    ) -> Self {
+        Self {
+            start_time,
+            time: start_time,
+            end_time,
+            output_interval,
+            max_window,
+            sub_steps,
+            windows: 0,
+            outputs: 0,
+        }
+    }
+
+    /// The next window (iteration 0), or nothing at the end time. `limit` (s) is the least that all participants allow.
+    ///
+    /// The way to the next output or end time is divided evenly into as few windows as the limit permits, so that none is a sliver.
+    pub fn next(&self, limit: f64) -> Option<TimeWindow> {
+        if self.finished() {
+            return None;
+        }
+        let left = self.target() - self.time;
+        let largest = limit.min(self.max_window);
+        let size = if largest >= left { left } else { left / (left / largest - ARRIVED).ceil() };
+        Some(TimeWindow {
+            index: self.windows,
+            iteration: 0,
+            start: self.time,
+            size,
+            sub_steps: self.sub_steps,
+        })
+    }
+
+    /// The window is final. Gives the number of the output that is due at its end, if one is; the end time always has one.
+    pub fn accept(&mut self, window: &TimeWindow) -> Option<u64> {
+        let target = self.target();
+        self.windows += 1;
+        self.time = window.end();
+        if target - self.time > ARRIVED * self.output_interval {
+            return None;
+        }
+        self.time = target;
+        self.outputs += 1;
+        Some(self.outputs)
+    }
+
+    /// Whether the end time is reached.
+    pub fn finished(&self) -> bool {
+        self.time >= self.end_time
+    }
+
+    /// Time now (s).
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Windows accepted.
+    pub fn windows(&self) -> u64 {
+        self.windows
+    }
+
+    fn target(&self) -> f64 {
+        (self.start_time + (self.outputs + 1) as f64 * self.output_interval).min(self.end_time)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Runs a schedule with a limit that varies, and gives the sizes and the times of outputs.
+    fn walk(end: f64, interval: f64, limit: impl Fn(u64) -> f64) -> (Vec<f64>, Vec<f64>) {
+        let mut schedule = Schedule::new(0.0, end, interval, 0.05, SubSteps::Stable);
+        let (mut sizes, mut outputs) = (Vec::new(), Vec::new());
+        while let Some(window) = schedule.next(limit(schedule.windows())) {
+            assert_eq!(window.index as usize, sizes.len());
+            sizes.push(window.size);
+            if schedule.accept(&window).is_some() {
+                outputs.push(schedule.time());
+            }
+        }
+        (sizes, outputs)
+    }
+
+    #[test]
+    fn outputs_are_met_exactly_and_no_window_is_a_sliver() {
+        let (sizes, outputs) = walk(0.4, 0.03, |n| 0.0071 + 0.001 * (n % 3) as f64);
+        assert_eq!(outputs.len(), 14);
+        for (k, time) in outputs.iter().enumerate() {
+            assert_eq!(*time, (0.03 * (k + 1) as f64).min(0.4));
+        }
+        // The way to the next output is at least one interval's last part, 0.01 s, in windows of at most 0.0091 s.
+        assert!(sizes.iter().all(|&s| s >= 0.5 * 0.0071), "{sizes:?}");
+        assert!(sizes.iter().all(|&s| s <= 0.0091 * (1.0 + 1e-8)));
+    }
+
+    #[test]
+    fn windows_are_capped_and_one_window_may_reach_the_end() {
+        assert_eq!(walk(0.1, 0.1, |_| f64::INFINITY).0.len(), 2);
+        assert_eq!(walk(0.04, 0.1, |_| f64::INFINITY).0, vec![0.04]);
+    }
+}

@@ -1,0 +1,155 @@
+//! One side of a coupling: a participant with the fields it takes and gives.
+
+use interfaces::{
+    Description, Direction, Exchange, Fields, Participant, ParticipantError, Readiness, Role, TimeWindow,
+    WindowReport,
+};
+use thiserror::Error;
+
+/// A participant's failure, with who, what and when.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[error("the {role} failed {during}: {source}")]
+pub struct SideError {
+    /// Which side.
+    pub role: Role,
+    /// What it was asked for: `while solving window 17 (iteration 1) at t = 0.0123 s`.
+    pub during: String,
+    /// Its failure.
+    pub source: ParticipantError,
+}
+
+/// A participant with its fields and its last word.
+pub struct Side {
+    participant: Box<dyn Participant>,
+    /// What the participant takes; the coupler writes here.
+    pub inputs: Fields,
+    /// What the participant gave last.
+    pub outputs: Fields,
+    /// Largest next window that the participant allows (s).
+    pub window_limit: f64,
+    /// Its scalars, in the order of its description.
+    pub scalars: Vec<f64>,
+    /// Sub-steps it took over all solutions, rejected ones and predictions among them.
+    pub sub_steps: u64,
+    /// Wall time of its own work over all solutions (s).
+    pub compute_seconds: f64,
+}
+
+impl Side {
+    /// A side that was not initialised yet.
+    pub fn new(participant: Box<dyn Participant>) -> Self {
+        Self {
+            participant,
+            inputs: Fields::default(),
+            outputs: Fields::default(),
+            window_limit: f64::INFINITY,
+            scalars: Vec::new(),
+            sub_steps: 0,
+            compute_seconds: 0.0,
+        }
+    }
+
+    /// What the participant is and exchanges.
+    pub fn describe(&self) -> &Description {
+        self.participant.describe()
+    }
+
+    /// Which side it is.
+    pub fn role(&self) -> Role {
+        self.describe().role
+    }
+
+    /// Number of interface points, where a port of it names one.
+    pub fn points(&self) -> Option<usize> {
+        self.describe().ports.iter().find_map(|p| p.points)
+    }
+
+    /// Initialises the participant at `time` (s) for `points` interface points, with what `partner` gives, if there is one.
+    pub fn initialize(
+        &mut self,
+        time: f64,
+        points: usize,
+        partner: Option<&Fields>,
+    ) -> Result<(), SideError> {
+        let during = || format!("while initialising at t = {time} s");
+        self.inputs = self.describe().fields(Direction::In, points);
+        self.outputs = self.describe().fields(Direction::Out, points);
+        if let Some(partner) = partner {
+            self.inputs.copy_from(partner, |_| true).map_err(|e| self.failed(during(), e.into()))?;
+        }
+        let result = self.participant.initialize(time, &self.inputs, &mut self.outputs);
+        let Readiness { window_limit, scalars } = result.map_err(|e| self.failed(during(), e))?;
+        self.take(window_limit, scalars).map_err(|e| self.failed(during(), e))
+    }
+
+    /// Starts the window with the inputs as they stand.
+    pub fn start(&mut self, window: &TimeWindow) -> Result<(), SideError> {
+        self.participant.start(window, &self.inputs).map_err(|e| self.failed(solving(window), e))
+    }
+
+    /// Waits for the solution; outputs, limit and scalars are then those of the window's end.
+    pub fn finish(&mut self, window: &TimeWindow) -> Result<(), SideError> {
+        let result = self.participant.finish(&mut self.outputs);
+        let report = result.map_err(|e| self.failed(solving(window), e))?;
+        let WindowReport { sub_steps, window_limit, compute_seconds, scalars } = report;
+        self.sub_steps += u64::from(sub_steps);
+        self.compute_seconds += compute_seconds;
+        self.take(window_limit, scalars).map_err(|e| self.failed(solving(window), e))
+    }
+
+    /// Starts the window and waits for its solution.
+    pub fn solve(&mut self, window: &TimeWindow) -> Result<(), SideError> {
+        self.start(window)?;
+        self.finish(window)
+    }
+
+    /// Makes the last solution final, and has a snapshot written if one is due.
+    pub fn accept(&mut self, window: &TimeWindow, snapshot: Option<u64>) -> Result<(), SideError> {
+        let during = || format!("while accepting window {} at t = {} s", window.index, window.end());
+        self.participant.accept(snapshot).map_err(|e| self.failed(during(), e))
+    }
+
+    /// Ends the participant in order.
+    pub fn terminate(&mut self) -> Result<(), SideError> {
+        self.participant.terminate().map_err(|e| self.failed("while ending".to_owned(), e))
+    }
+
+    /// Copies what `partner` gave in the last solution to the inputs of the same name.
+    pub fn receive(&mut self, partner: &Fields) {
+        self.inputs
+            .copy_from(partner, |exchange| exchange == Exchange::EveryWindow)
+            .expect("lengths were compared at initialisation");
+    }
+
+    fn take(&mut self, window_limit: f64, scalars: Vec<f64>) -> Result<(), ParticipantError> {
+        let expected = self.describe().scalars.len();
+        if scalars.len() != expected {
+            let found = scalars.len();
+            return Err(ParticipantError::failed(format!(
+                "it reported {found} scalars where it described {expected}"
+            )));
+        }
+        if window_limit.is_nan() || window_limit <= 0.0 {
+            return Err(ParticipantError::failed(format!(
+                "it allows a next window of {window_limit} s, which is none"
+            )));
+        }
+        if let Some(at) = scalars.iter().position(|s| !s.is_finite()) {
+            let name = &self.describe().scalars[at].name;
+            return Err(ParticipantError::failed(format!("its scalar `{name}` is {}", scalars[at])));
+        }
+        (self.window_limit, self.scalars) = (window_limit, scalars);
+        Ok(())
+    }
+
+    fn failed(&self, during: String, source: ParticipantError) -> SideError {
+        SideError { role: self.role(), during, source }
+    }
+}
+
+fn solving(window: &TimeWindow) -> String {
+    format!(
+        "while solving window {} (iteration {}) from t = {} s",
+        window.index, window.iteration, window.start
+    )
+}
