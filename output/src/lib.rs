@@ -1,1 +1,26 @@
-//! The files a run leaves, and the report made from them.
+//! The files a run leaves, and the report made from them. No solver and no transport is known here: solvers hand
+//! over flat slices, the coupler rows and sums.
+//!
+//! | file in the run's folder | written with | content |
+//! |---|---|---|
+//! | `fluid.pvd`, `fluid/fluid_000000.vtu`, … and `structure` alike | [`Series`] | snapshots for ParaView, pyvista and meshio |
+//! | `windows.csv` | [`Table`] | a row an accepted window |
+//! | `probes.csv` | [`Table`] | `t`, then `<probe>.<component>` |
+//! | `summary.json` | [`Summary`] | how the run ended, what it took, what was kept in balance |
+//!
+//! A run can be killed at any moment: snapshots, collections and the summary are written aside and renamed
+//! ([`atomic`]), tables grow by whole rows.
+
+pub mod atomic;
+mod error;
+pub mod pvd;
+pub mod summary;
+pub mod table;
+pub mod vtu;
+mod xml;
+
+pub use error::{Error, Result};
+pub use pvd::Series;
+pub use summary::Summary;
+pub use table::Table;
+pub use vtu::{ParticleFrame, PointArray, Values};

@@ -1,0 +1,335 @@
+//! `summary.json`: what a run was, how it ended, what it took and what was kept in balance.
+
+use crate::atomic;
+use crate::error::{Result, parse_error, read_error};
+use crate::table::Columns;
+use serde::{Deserialize, Deserializer, Serialize};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Lists that are open to additions: any name, any JSON value.
+pub type Extra = BTreeMap<String, serde_json::Value>;
+
+/// Everything in `summary.json`. What a run does not know (a side it does not have, a run killed before it could
+/// measure) is left out. JSON has no word for not-a-number: such a value is written as `null` and reads back as
+/// not-a-number.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Summary {
+    /// How the run ended.
+    pub status: Status,
+    /// Why, for every status but `completed`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub message: Option<String>,
+    /// Title of the case.
+    pub title: String,
+    /// Hash of the resolved case, in hexadecimal, as the participants compared it.
+    pub case_hash: String,
+    /// Version of meniscus.
+    pub version: String,
+    /// Threads that a solver was given.
+    pub threads: usize,
+    /// Accepted time windows.
+    pub windows: u64,
+    /// Sub-steps of the structure in the accepted windows.
+    pub sub_steps: u64,
+    /// Simulated time reached, in s.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub simulated_seconds: f64,
+    /// Time that the run took from start to end, in s.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub wall_seconds: f64,
+    /// Time and memory by role (`fluid`, `structure`, `coupler`).
+    pub roles: BTreeMap<String, RoleUse>,
+    /// Condition (46), normal continuity of the load across the interface.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub condition_46: Option<Condition46>,
+    /// What went across the interface, and the energy of the whole.
+    pub balances: Balances,
+    /// The fluid's volume and particles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<FluidBalance>,
+    /// Extremes by column of `probes.csv`, in the column's unit.
+    pub probes: BTreeMap<String, Extremes>,
+    /// Anything else.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub extra: Extra,
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// It reached its end time.
+    Completed,
+    /// Someone asked it to end before.
+    Interrupted,
+    /// It could not go on.
+    #[default]
+    Failed,
+}
+
+impl Status {
+    /// The word in the file.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Completed => "completed",
+            Self::Interrupted => "interrupted",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// What one role used.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct RoleUse {
+    /// Time spent computing, in s.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub compute_seconds: f64,
+    /// Time spent waiting for the others, in s.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub wait_seconds: f64,
+    /// `compute_seconds` as a fraction of the run's `wall_seconds`.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub share: f64,
+    /// Largest resident memory of the role's process, in bytes; 0 where it was not measured.
+    pub peak_memory_bytes: u64,
+    /// Number of particles; 0 for a role without.
+    pub particles: u64,
+    /// Anything else.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub extra: Extra,
+}
+
+/// Residual of condition (46) over all windows, before and after it was enforced.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Condition46 {
+    /// As the fluid sent the load.
+    pub before: Residual,
+    /// As the structure received it.
+    pub after: Residual,
+}
+
+/// A residual that the coupler made dimensionless, as it stands in `windows.csv`.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Residual {
+    /// Largest over the windows, 1.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub max: f64,
+    /// Root mean square over the windows, 1.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub rms: f64,
+}
+
+impl Residual {
+    /// Maximum and root mean square of one value a window; both not-a-number if any value is, or there is none.
+    pub fn of(values: &[f64]) -> Self {
+        // `fold` with `f64::max` would drop a not-a-number, which has to be seen.
+        let max =
+            values.iter().fold(f64::NEG_INFINITY, |max, &v| if v > max || v.is_nan() { v } else { max });
+        let mean_square = values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64;
+        if mean_square.is_nan() {
+            return Self { max: f64::NAN, rms: f64::NAN };
+        }
+        Self { max, rms: mean_square.sqrt() }
+    }
+}
+
+/// What went across the interface over the whole run, and the energy of the whole.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Balances {
+    /// Impulse that the fluid gave, by axis, in N·s (per metre of depth in two dimensions).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub impulse_given_newton_seconds: Vec<f64>,
+    /// Impulse that the structure took, by axis, in N·s.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub impulse_taken_newton_seconds: Vec<f64>,
+    /// Work that the fluid did at the interface, in J.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub work_given_joules: Option<f64>,
+    /// Work that the structure received at the interface, in J.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub work_taken_joules: Option<f64>,
+    /// Energy of fluid and structure together.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy: Option<EnergyBalance>,
+    /// Anything else.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub extra: Extra,
+}
+
+/// Energy of the whole: kinetic, strain and potential, of fluid and structure.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct EnergyBalance {
+    /// At the start, in J.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub start_joules: f64,
+    /// At the end, in J.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub end_joules: f64,
+    /// Largest rise above an earlier value, in J: `max over t of (E(t) − min over s ≤ t of E(s))`.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub largest_rise_joules: f64,
+}
+
+impl EnergyBalance {
+    /// The balance of a history of the total in J; `None` if it is empty.
+    pub fn of(total: &[f64]) -> Option<Self> {
+        let (&start, &end) = (total.first()?, total.last()?);
+        let mut lowest = start;
+        let mut rise = 0.0;
+        for &energy in total {
+            if energy.is_nan() {
+                rise = f64::NAN;
+                break;
+            }
+            lowest = energy.min(lowest);
+            rise = (energy - lowest).max(rise);
+        }
+        Some(Self { start_joules: start, end_joules: end, largest_rise_joules: rise })
+    }
+}
+
+/// The fluid's volume and particles.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct FluidBalance {
+    /// Largest change of the fluid's volume as a fraction of its volume at the start, with sign.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub volume_drift: f64,
+    /// Particles that are gone though they did not leave through an open side: a fault of the run.
+    pub particles_lost: u64,
+    /// Particles that left the domain through an open side.
+    pub particles_left: u64,
+    /// Anything else.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub extra: Extra,
+}
+
+/// Largest and smallest value of a probe's component, and when.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Extremes {
+    /// Largest value, in the probe's unit.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub max: f64,
+    /// First time of the largest value, in s.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub max_time: f64,
+    /// Smallest value, in the probe's unit.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub min: f64,
+    /// First time of the smallest value, in s.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub min_time: f64,
+}
+
+impl Extremes {
+    /// Extremes of `values` at `times` (s), of one length; `None` if no value is a number.
+    pub fn of(times: &[f64], values: &[f64]) -> Option<Self> {
+        let mut pairs = times.iter().zip(values).filter(|(_, value)| !value.is_nan());
+        let (&time, &value) = pairs.next()?;
+        let mut extremes = Self { max: value, max_time: time, min: value, min_time: time };
+        for (&time, &value) in pairs {
+            if value > extremes.max {
+                (extremes.max, extremes.max_time) = (value, time);
+            }
+            if value < extremes.min {
+                (extremes.min, extremes.min_time) = (value, time);
+            }
+        }
+        Some(extremes)
+    }
+}
+
+/// Extremes of every column of a probe table but its first, which is the time.
+pub fn probe_extremes(probes: &Columns) -> BTreeMap<String, Extremes> {
+    let Some((_, times)) = probes.iter().next() else { return BTreeMap::new() };
+    let column = |(name, values): (&str, &[f64])| Some((name.to_owned(), Extremes::of(times, values)?));
+    probes.iter().skip(1).filter_map(column).collect()
+}
+
+impl Summary {
+    /// Writes the summary to `path` in one piece (see [`atomic::write_file`]).
+    ///
+    /// # Errors
+    /// [`crate::Error::Write`] if the file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let mut text = serde_json::to_string_pretty(self)
+            .map_err(|error| parse_error(path, format!("the summary is no JSON: {error}")))?;
+        text.push('\n');
+        atomic::write_file(path, text.as_bytes())
+    }
+
+    /// Reads a summary. What is missing keeps its default, what is unknown is passed over.
+    ///
+    /// # Errors
+    /// [`crate::Error::Read`] if the file cannot be read, [`crate::Error::Parse`] if it is no such JSON.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = std::fs::read_to_string(path).map_err(read_error(path))?;
+        serde_json::from_str(&text).map_err(|error| parse_error(path, error.to_string()))
+    }
+}
+
+fn null_as_nan<'de, D: Deserializer<'de>>(deserializer: D) -> std::result::Result<f64, D::Error> {
+    Ok(Option::<f64>::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn comes_back_as_it_was_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("summary.json");
+        let mut summary = Summary {
+            status: Status::Interrupted,
+            message: Some("Ctrl-C".to_owned()),
+            simulated_seconds: 0.1 + 0.2,
+            condition_46: Some(Condition46 {
+                before: Residual { max: 0.5, rms: 0.1 },
+                ..Condition46::default()
+            }),
+            ..Summary::default()
+        };
+        summary.roles.insert("fluid".to_owned(), RoleUse { compute_seconds: 1.5, ..RoleUse::default() });
+        summary.extra.insert("note".to_owned(), serde_json::json!({"any": ["thing"]}));
+        summary.write(&path).unwrap();
+        assert_eq!(Summary::read(&path).unwrap(), summary);
+        assert!(std::fs::read_to_string(&path).unwrap().contains("\"status\": \"interrupted\""));
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 1, "no temporary file stays");
+
+        summary.wall_seconds = f64::NAN;
+        summary.write(&path).unwrap();
+        assert!(Summary::read(&path).unwrap().wall_seconds.is_nan());
+        std::fs::write(&path, "{\"status\": \"completed\", \"from_the_future\": 1}").unwrap();
+        assert_eq!(Summary::read(&path).unwrap().status, Status::Completed);
+    }
+
+    #[test]
+    fn measures_by_hand() {
+        // Falls to 8, rises to 9.5 (1.5 above 8), falls to 3, rises to 4.
+        let energy = EnergyBalance::of(&[10.0, 8.0, 9.5, 3.0, 4.0]).unwrap();
+        assert_eq!((energy.start_joules, energy.end_joules, energy.largest_rise_joules), (10.0, 4.0, 1.5));
+        assert!(EnergyBalance::of(&[1.0, f64::NAN, 2.0]).unwrap().largest_rise_joules.is_nan());
+        assert_eq!(EnergyBalance::of(&[]), None);
+
+        // sqrt((9 + 16) / 2) to the bit: every step is exact but the root.
+        assert_eq!(Residual::of(&[3.0, 4.0]), Residual { max: 4.0, rms: 12.5f64.sqrt() });
+        assert!(Residual::of(&[3.0, f64::NAN, 4.0]).max.is_nan());
+
+        let extremes = Extremes::of(&[0.0, 1.0, 2.0, 3.0], &[f64::NAN, 2.0, -1.0, 2.0]).unwrap();
+        assert_eq!(extremes, Extremes { max: 2.0, max_time: 1.0, min: -1.0, min_time: 2.0 });
+        let table = Columns {
+            names: vec!["t".to_owned(), "tip.ux".to_owned()],
+            columns: vec![vec![0.0, 1.0], vec![5.0, 7.0]],
+        };
+        assert_eq!(probe_extremes(&table)["tip.ux"].max_time, 1.0);
+    }
+}
