@@ -1,2 +1,20 @@
-//! The `meniscus` command.
-fn main() {}
+//! The `meniscus` command: arguments → one call.
+
+mod arguments;
+mod commands;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    use arguments::Command;
+    match arguments::Arguments::parse().command {
+        Command::Run(run) => commands::run::run(&run),
+        Command::Check(check) => commands::check::check(&check),
+        Command::Report(report) => commands::report::report(&report),
+        Command::Fluid(solver) => commands::participant::solver(&solver, interfaces::Role::Fluid),
+        Command::Structure(solver) => commands::participant::solver(&solver, interfaces::Role::Structure),
+        Command::Mock(mock) => commands::participant::mock(&mock),
+        Command::Schema => commands::schema::schema(),
+    }
+}

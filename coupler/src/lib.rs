@@ -4,6 +4,9 @@
 //! neither solver by name. [`schedule`] keeps the time, [`condition46`] the balance along the normals.
 
 pub mod condition46;
+pub mod launch;
+pub mod progress;
+pub mod records;
 pub mod schedule;
 pub mod schemes;
 pub mod side;

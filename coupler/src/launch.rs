@@ -1,0 +1,166 @@
+//! Participants as processes of their own.
+
+use interfaces::Role;
+use std::fs::{self, File};
+use std::io;
+use std::os::unix::process::CommandExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+use thiserror::Error;
+
+/// A participant's process could not be started.
+#[derive(Debug, Error)]
+#[error("failed to start the {role} with `{command}`: {source}")]
+pub struct LaunchError {
+    role: Role,
+    command: String,
+    source: io::Error,
+}
+
+/// A participant's process. It is killed when dropped, if it still runs then.
+#[derive(Debug)]
+pub struct Child {
+    role: Role,
+    process: std::process::Child,
+    log: PathBuf,
+    peak_memory_bytes: u64,
+}
+
+/// How often a child that was told to end is looked at.
+const LOOK: Duration = Duration::from_millis(5);
+
+impl Child {
+    /// Starts `command` in a process group of its own, so that Ctrl-C on the terminal reaches the coupler alone, which then ends
+    /// the participants in order. What it prints goes to `log`.
+    pub fn spawn(role: Role, command: &[String], log: &Path) -> Result<Self, LaunchError> {
+        let failed = |source| LaunchError { role, command: command.join(" "), source };
+        let (program, arguments) =
+            command.split_first().ok_or_else(|| failed(io::Error::other("the command is empty")))?;
+        let output = File::create(log).map_err(failed)?;
+        let errors = output.try_clone().map_err(failed)?;
+        let process = Command::new(program)
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(output)
+            .stderr(errors)
+            .process_group(0)
+            .spawn()
+            .map_err(failed)?;
+        Ok(Self { role, process, log: log.to_owned(), peak_memory_bytes: 0 })
+    }
+
+    /// Process id.
+    pub fn id(&self) -> u32 {
+        self.process.id()
+    }
+
+    /// How the process ended, if it did: its exit status and the last line of its log.
+    pub fn ended(&mut self) -> Option<String> {
+        let status = self.process.try_wait().ok().flatten()?;
+        let said = self.last_words().map_or(String::new(), |line| format!("; its last words: {line}"));
+        Some(format!("{}{said}", describe(status)))
+    }
+
+    /// Largest resident memory seen by the calls so far (bytes); looks again if the process still runs.
+    pub fn peak_memory_bytes(&mut self) -> u64 {
+        self.peak_memory_bytes = self.peak_memory_bytes.max(peak_memory_bytes(Some(self.process.id())));
+        self.peak_memory_bytes
+    }
+
+    /// Gives the process `grace` to end by itself and kills it then.
+    pub fn end(mut self, grace: Duration) -> Option<ExitStatus> {
+        let deadline = Instant::now() + grace;
+        while Instant::now() < deadline {
+            if let Ok(Some(status)) = self.process.try_wait() {
+                return Some(status);
+            }
+            std::thread::sleep(LOOK);
+        }
+        None
+    }
+
+    /// The participant's role.
+    pub fn role(&self) -> Role {
+        self.role
+    }
+
+    fn last_words(&self) -> Option<String> {
+        let text = fs::read_to_string(&self.log).ok()?;
+        text.lines().rev().find(|l| !l.trim().is_empty()).map(str::to_owned)
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        // An error says that the process is gone already, which is what is wanted.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+/// Largest resident memory so far of a process, or of this one (bytes); zero where the system does not tell.
+pub fn peak_memory_bytes(process: Option<u32>) -> u64 {
+    let file = process.map_or("/proc/self/status".to_owned(), |id| format!("/proc/{id}/status"));
+    let kilobytes = fs::read_to_string(file).ok().and_then(|text| {
+        let line = text.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+        line.trim().trim_end_matches("kB").trim().parse::<u64>().ok()
+    });
+    kilobytes.unwrap_or(0) * 1024
+}
+
+fn describe(status: ExitStatus) -> String {
+    use std::os::unix::process::ExitStatusExt;
+    match (status.code(), status.signal()) {
+        (Some(code), _) => format!("its process ended with exit code {code}"),
+        (None, Some(signal)) => format!("its process was ended by signal {signal}"),
+        (None, None) => "its process ended".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shell(script: &str, log: &Path) -> Child {
+        Child::spawn(Role::Fluid, &["sh".to_owned(), "-c".to_owned(), script.to_owned()], log).unwrap()
+    }
+
+    fn wait_for_end(child: &mut Child) -> String {
+        let deadline = Instant::now() + Duration::from_secs(20);
+        loop {
+            if let Some(ended) = child.ended() {
+                return ended;
+            }
+            assert!(Instant::now() < deadline, "the child did not end");
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    #[test]
+    fn an_ended_child_is_described_with_its_last_words() {
+        let log = std::env::temp_dir().join(format!("meniscus-launch-{}.log", std::process::id()));
+        let mut child = shell("echo working; echo giving up >&2; exit 3", &log);
+        let ended = wait_for_end(&mut child);
+        assert_eq!(ended, "its process ended with exit code 3; its last words: giving up");
+        let mut child = shell("kill -9 $$", &log);
+        assert_eq!(wait_for_end(&mut child), "its process was ended by signal 9");
+        fs::remove_file(&log).unwrap();
+    }
+
+    #[test]
+    fn a_command_that_does_not_exist_is_named() {
+        let log = std::env::temp_dir().join(format!("meniscus-launch-none-{}.log", std::process::id()));
+        let error = Child::spawn(Role::Structure, &["/no/such/solver".to_owned()], &log).unwrap_err();
+        assert!(
+            error.to_string().starts_with("failed to start the structure with `/no/such/solver`"),
+            "{error}"
+        );
+        fs::remove_file(&log).unwrap();
+    }
+
+    #[test]
+    fn this_process_has_a_peak_memory() {
+        assert!(peak_memory_bytes(None) > 1 << 20);
+    }
+}

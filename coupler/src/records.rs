@@ -1,0 +1,224 @@
+//! What the coupler writes of accepted windows: `windows.csv`, `probes.csv`, and from them the balances of `summary.json`.
+
+use crate::condition46::Resultant;
+use crate::schemes::Accepted;
+use crate::side::Side;
+use interfaces::ScalarKind;
+use output::summary::{Balances, Condition46, EnergyBalance, Extremes, FluidBalance, Residual};
+use output::table::{self, Columns, Table};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// File of one row a window.
+pub const WINDOWS: &str = "windows.csv";
+/// File of one row a window of probe values.
+pub const PROBES: &str = "probes.csv";
+
+/// Scalars whose sum over both sides is the energy of the whole (J).
+const ENERGIES: [&str; 3] = ["kinetic_energy", "potential_energy", "strain_energy"];
+
+/// The tables of a run, being written.
+pub struct Records {
+    dir: PathBuf,
+    windows: Table,
+    probes: Option<Table>,
+    dimension: usize,
+    coupled: bool,
+    impulse_given: [f64; 3],
+    impulse_applied: [f64; 3],
+    work_given: f64,
+    work_applied: f64,
+    row: Vec<f64>,
+    seconds: Vec<f64>,
+}
+
+/// Which parts of a resultant are recorded: force components, moment components.
+fn axes(dimension: usize) -> (&'static [(usize, &'static str)], &'static [(usize, &'static str)]) {
+    match dimension {
+        2 => (&[(0, "x"), (1, "y")], &[(2, "z")]),
+        _ => (&[(0, "x"), (1, "y"), (2, "z")], &[(0, "x"), (1, "y"), (2, "z")]),
+    }
+}
+
+impl Records {
+    /// Makes the tables in `dir` for the sides of a run, and writes the probes' values at `time` (s), the start.
+    pub fn create(dir: &Path, sides: &[&Side], time: f64) -> output::Result<Self> {
+        let dimension = sides.iter().map(|s| s.describe().dimension).max().unwrap_or(2);
+        let coupled = sides.len() > 1;
+        let mut columns: Vec<String> = ["window", "time", "size", "iterations"].map(str::to_owned).to_vec();
+        if coupled {
+            let (forces, moments) = axes(dimension);
+            columns.extend(["residual_before", "residual_after"].map(str::to_owned));
+            for stage in ["given", "before", "after", "applied"] {
+                columns.extend(forces.iter().map(|(_, axis)| format!("force_{stage}_{axis}")));
+                columns.extend(moments.iter().map(|(_, axis)| format!("moment_{stage}_{axis}")));
+                columns.push(format!("power_{stage}"));
+            }
+            for stage in ["given", "applied"] {
+                columns.extend(forces.iter().map(|(_, axis)| format!("impulse_{stage}_{axis}")));
+                columns.push(format!("work_{stage}"));
+            }
+        }
+        let mut probe_columns = vec!["t".to_owned()];
+        for side in sides {
+            let role = side.role();
+            columns.push(format!("{role}.compute_seconds"));
+            for scalar in &side.describe().scalars {
+                match scalar.kind {
+                    ScalarKind::Balance => columns.push(format!("{role}.{}", scalar.name)),
+                    ScalarKind::Probe => probe_columns.push(scalar.name.clone()),
+                }
+            }
+        }
+        let windows = Table::create(&dir.join(WINDOWS), &columns)?;
+        let probes = match probe_columns.len() {
+            1 => None,
+            _ => Some(Table::create(&dir.join(PROBES), &probe_columns)?),
+        };
+        let mut records = Self {
+            dir: dir.to_owned(),
+            windows,
+            probes,
+            dimension,
+            coupled,
+            impulse_given: [0.0; 3],
+            impulse_applied: [0.0; 3],
+            work_given: 0.0,
+            work_applied: 0.0,
+            row: Vec::with_capacity(columns.len()),
+            seconds: vec![0.0; sides.len()],
+        };
+        records.probe_row(time, sides)?;
+        Ok(records)
+    }
+
+    /// Writes an accepted window's rows.
+    pub fn window(&mut self, accepted: &Accepted, sides: &[&Side]) -> output::Result<()> {
+        let window = &accepted.window;
+        let mut row = std::mem::take(&mut self.row);
+        row.clear();
+        row.extend([window.index as f64, accepted.time, window.size, f64::from(window.iteration + 1)]);
+        if self.coupled {
+            let found = accepted.condition46.unwrap_or_default();
+            let applied = accepted.applied.unwrap_or_default();
+            for i in 0..3 {
+                self.impulse_given[i] += window.size * found.given.force[i];
+                self.impulse_applied[i] += window.size * applied.force[i];
+            }
+            self.work_given += window.size * found.given.power;
+            self.work_applied += window.size * applied.power;
+            row.extend([found.residual_before, found.residual_after]);
+            for resultant in [&found.given, &found.before, &found.after, &applied] {
+                self.push_resultant(resultant, &mut row);
+            }
+            let forces = axes(self.dimension).0;
+            row.extend(forces.iter().map(|(i, _)| self.impulse_given[*i]));
+            row.push(self.work_given);
+            row.extend(forces.iter().map(|(i, _)| self.impulse_applied[*i]));
+            row.push(self.work_applied);
+        }
+        for (side, before) in sides.iter().zip(&mut self.seconds) {
+            row.push(side.compute_seconds - *before);
+            *before = side.compute_seconds;
+            row.extend(scalars(side, ScalarKind::Balance));
+        }
+        let written = self.windows.row(&row);
+        self.row = row;
+        written?;
+        self.probe_row(accepted.time, sides)?;
+        if accepted.output.is_some() {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Hands all rows so far to the operating system.
+    pub fn flush(&mut self) -> output::Result<()> {
+        self.windows.flush()?;
+        self.probes.as_mut().map_or(Ok(()), Table::flush)
+    }
+
+    fn probe_row(&mut self, time: f64, sides: &[&Side]) -> output::Result<()> {
+        let Some(table) = &mut self.probes else { return Ok(()) };
+        self.row.clear();
+        self.row.push(time);
+        for side in sides {
+            self.row.extend(scalars(side, ScalarKind::Probe));
+        }
+        table.row(&self.row)
+    }
+
+    fn push_resultant(&self, resultant: &Resultant, row: &mut Vec<f64>) {
+        let (forces, moments) = axes(self.dimension);
+        row.extend(forces.iter().map(|(i, _)| resultant.force[*i]));
+        row.extend(moments.iter().map(|(i, _)| resultant.moment[*i]));
+        row.push(resultant.power);
+    }
+
+    /// What the tables say in sum, once all rows are written.
+    pub fn balances(&mut self) -> output::Result<Sums> {
+        self.flush()?;
+        let windows = table::read(&self.dir.join(WINDOWS))?;
+        let probes = match self.probes {
+            Some(_) => output::summary::probe_extremes(&table::read(&self.dir.join(PROBES))?),
+            None => BTreeMap::new(),
+        };
+        let mut balances =
+            Balances { energy: EnergyBalance::of(&total_energy(&windows)), ..Balances::default() };
+        if self.coupled {
+            balances.impulse_given_newton_seconds = self.impulse_given[..self.dimension].to_vec();
+            balances.impulse_taken_newton_seconds = self.impulse_applied[..self.dimension].to_vec();
+            balances.work_given_joules = Some(self.work_given);
+            balances.work_taken_joules = Some(self.work_applied);
+        }
+        let residual = |name: &str| Residual::of(windows.get(name).unwrap_or_default());
+        let condition_46 = self
+            .coupled
+            .then(|| Condition46 { before: residual("residual_before"), after: residual("residual_after") });
+        Ok(Sums { balances, condition_46, fluid: fluid_balance(&windows), probes })
+    }
+}
+
+/// What the tables of a run say in sum.
+pub struct Sums {
+    /// Impulse, work, energy.
+    pub balances: Balances,
+    /// Residuals; nothing for a run of one side.
+    pub condition_46: Option<Condition46>,
+    /// Volume and particles; nothing without a fluid that reports them.
+    pub fluid: Option<FluidBalance>,
+    /// Extremes by probe column.
+    pub probes: BTreeMap<String, Extremes>,
+}
+
+fn scalars(side: &Side, kind: ScalarKind) -> impl Iterator<Item = f64> {
+    let described = side.describe().scalars.iter();
+    described.zip(&side.scalars).filter(move |(s, _)| s.kind == kind).map(|(_, value)| *value)
+}
+
+/// The energy of the whole, a value a window: every energy that either side reports.
+fn total_energy(windows: &Columns) -> Vec<f64> {
+    let mut total = vec![0.0; windows.rows()];
+    let mut found = false;
+    for role in ["fluid", "structure"] {
+        for energy in ENERGIES {
+            if let Some(column) = windows.get(&format!("{role}.{energy}")) {
+                found = true;
+                total.iter_mut().zip(column).for_each(|(sum, e)| *sum += e);
+            }
+        }
+    }
+    if found { total } else { Vec::new() }
+}
+
+fn fluid_balance(windows: &Columns) -> Option<FluidBalance> {
+    let drift = windows.get("fluid.volume_drift")?;
+    let last = |name: &str| windows.get(name).and_then(|c| c.last()).map_or(0, |&v| v as u64);
+    let largest = drift.iter().fold(0.0f64, |m, &d| if d.abs() > m.abs() { d } else { m });
+    Some(FluidBalance {
+        volume_drift: largest,
+        particles_lost: last("fluid.particles_lost"),
+        particles_left: last("fluid.particles_left"),
+        ..FluidBalance::default()
+    })
+}

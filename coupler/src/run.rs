@@ -1,0 +1,245 @@
+//! A run from case to summary: participants, coupling, records. Start at [`run`].
+
+use crate::records::Records;
+use crate::schedule::Schedule;
+use crate::schemes::serial_explicit::{Pair, SerialExplicit};
+use crate::schemes::{Accepted, Onward, SchemeError, alone};
+use crate::side::{Side, SideError};
+use crate::{launch, progress::Progress};
+use interfaces::case::Case;
+use interfaces::{Participant, ParticipantError, Role, SubSteps, pairing};
+use output::summary::{RoleUse, Status, Summary};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+use thiserror::Error;
+
+mod participants;
+
+pub use participants::Solvers;
+use participants::Participants;
+
+/// What the command line sets of a run.
+pub struct Options {
+    /// Folder of the outputs.
+    pub out: PathBuf,
+    /// Whether the participants are called in this process instead of being processes of their own.
+    pub in_process: bool,
+    /// Whether nothing is drawn on the terminal.
+    pub quiet: bool,
+    /// Becomes true when the run is told to stop.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// Why a run did not complete.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// A participant failed, or the two do not fit together.
+    #[error(transparent)]
+    Scheme(#[from] SchemeError),
+    /// A participant could not be started.
+    #[error(transparent)]
+    Launch(#[from] launch::LaunchError),
+    /// Outputs could not be written.
+    #[error(transparent)]
+    Output(#[from] output::Error),
+    /// The folder of the outputs holds something else.
+    #[error("failed to use {} as the folder of the outputs: {what}; choose another with --out", .path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+}
+
+impl From<SideError> for RunError {
+    fn from(error: SideError) -> Self {
+        Self::Scheme(error.into())
+    }
+}
+
+impl RunError {
+    /// Whether the run ended because it was told to.
+    pub fn is_interruption(&self) -> bool {
+        let Self::Scheme(SchemeError::Side(side)) = self else { return false };
+        matches!(side.source, ParticipantError::Interrupted { .. })
+    }
+}
+
+/// File of the case as resolved, in the folder of the outputs.
+pub const CASE: &str = "case.toml";
+/// File of the summary.
+pub const SUMMARY: &str = "summary.json";
+
+/// Runs a case and writes its outputs. The summary is written, and given, however the run ends; the error says why it did not complete.
+pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Result<(), RunError>) {
+    let started = Instant::now();
+    let mut summary = Summary {
+        title: case.general.title.clone(),
+        case_hash: case.hash(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        threads: threads(case),
+        ..Summary::default()
+    };
+    let mut result = prepare_folder(&options.out, case);
+    if result.is_ok() {
+        result = couple(case, options, solvers, &mut summary);
+        summary.wall_seconds = started.elapsed().as_secs_f64();
+        for use_of in summary.roles.values_mut() {
+            use_of.share = use_of.compute_seconds / summary.wall_seconds;
+        }
+        (summary.status, summary.message) = match &result {
+            Ok(()) if summary.simulated_seconds < case.general.end_time => {
+                (Status::Interrupted, Some("the run was told to stop".to_owned()))
+            }
+            Ok(()) => (Status::Completed, None),
+            Err(error) if error.is_interruption() => (Status::Interrupted, Some(error.to_string())),
+            Err(error) => (Status::Failed, Some(error.to_string())),
+        };
+        let written = summary.write(&options.out.join(SUMMARY));
+        result = result.and(written.map_err(RunError::from));
+    }
+    (summary, result)
+}
+
+/// Threads that a solver is given.
+pub fn threads(case: &Case) -> usize {
+    let all = std::thread::available_parallelism().map_or(1, usize::from);
+    if case.general.threads == 0 { all } else { case.general.threads }
+}
+
+/// From participants to records; what is known at the end is put into the summary, also after a failure.
+fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summary) -> Result<(), RunError> {
+    let mut participants = Participants::start(case, options, solvers)?;
+    let mut schedule = schedule(case);
+    let mut progress = Progress::new(schedule.time(), case.general.end_time, options.quiet);
+    let stop = || options.stop.load(Ordering::Relaxed);
+    let onward = || if stop() { Onward::Stop } else { Onward::Continue };
+    let mut sums = None;
+
+    let result = match (participants.take(Role::Fluid), participants.take(Role::Structure)) {
+        (Some(fluid), Some(structure)) => {
+            fit(&structure, &fluid)?;
+            let coupling = case.coupling.as_ref().expect("a case of both sides has a coupling");
+            let scheme =
+                SerialExplicit { relaxation: coupling.relaxation, enforce: coupling.enforce_condition_46 };
+            let mut pair = Pair::initialize(fluid, structure, schedule.time())?;
+            let mut records =
+                Records::create(&options.out, &[&pair.fluid, &pair.structure], schedule.time())?;
+            let result = scheme.run(&mut pair, &mut schedule, |accepted, pair| {
+                let sides = [&pair.fluid, &pair.structure];
+                record(&mut records, &mut progress, &mut participants, accepted, &sides)?;
+                Ok(onward())
+            });
+            sums = Some(records.balances()?);
+            end([&mut pair.fluid, &mut pair.structure], result, summary)
+        }
+        (Some(mut side), None) | (None, Some(mut side)) => {
+            let points = side.points().unwrap_or(0);
+            side.initialize(schedule.time(), points, None)?;
+            let mut records = Records::create(&options.out, &[&side], schedule.time())?;
+            let result = alone::run(&mut side, &mut schedule, |accepted, side| {
+                record(&mut records, &mut progress, &mut participants, accepted, &[side])?;
+                Ok(onward())
+            });
+            sums = Some(records.balances()?);
+            end([&mut side], result, summary)
+        }
+        (None, None) => unreachable!("a checked case has a fluid or a structure"),
+    };
+    progress.end();
+    summary.windows = schedule.windows();
+    summary.simulated_seconds = schedule.time();
+    if let Some(sums) = sums {
+        (summary.balances, summary.condition_46) = (sums.balances, sums.condition_46);
+        (summary.fluid, summary.probes) = (sums.fluid, sums.probes);
+    }
+    participants.end(summary, result.is_ok());
+    Ok(result?)
+}
+
+fn record(
+    records: &mut Records,
+    progress: &mut Progress,
+    participants: &mut Participants,
+    accepted: &Accepted,
+    sides: &[&Side],
+) -> Result<(), SchemeError> {
+    let window = accepted.window.index;
+    records.window(accepted, sides).map_err(|e| SchemeError::Record { window, what: e.to_string() })?;
+    progress.window(accepted.time, window + 1, sides);
+    if accepted.output.is_some() {
+        participants.look_at_memory();
+    }
+    Ok(())
+}
+
+/// Terminates what still can be, and puts the sides' own figures into the summary.
+fn end<const N: usize>(
+    sides: [&mut Side; N],
+    result: Result<(), SchemeError>,
+    summary: &mut Summary,
+) -> Result<(), SchemeError> {
+    let mut result = result;
+    for side in sides {
+        let role = RoleUse { compute_seconds: side.compute_seconds, ..RoleUse::default() };
+        summary.roles.insert(side.role().to_string(), role);
+        if side.role() == Role::Structure {
+            summary.sub_steps = side.sub_steps;
+        }
+        let ended = side.terminate();
+        // The first failure is the cause; that a failed participant cannot end in order is no news.
+        result = result.and(ended.map_err(SchemeError::from));
+    }
+    result
+}
+
+fn schedule(case: &Case) -> Schedule {
+    let general = &case.general;
+    let (max_window, sub_steps) =
+        case.coupling.as_ref().map_or((f64::INFINITY, SubSteps::Stable), |c| (c.max_window, c.sub_steps));
+    Schedule::new(0.0, general.end_time, general.output_interval, max_window, sub_steps)
+}
+
+/// Compares what the two sides take and give.
+fn fit(structure: &Side, fluid: &Side) -> Result<(), SchemeError> {
+    let mismatches = pairing::compare(structure.describe(), fluid.describe());
+    if mismatches.is_empty() { Ok(()) } else { Err(SchemeError::Mismatch(mismatches)) }
+}
+
+/// Makes the folder, or empties it of an earlier run; writes the case as resolved.
+fn prepare_folder(out: &Path, case: &Case) -> Result<(), RunError> {
+    let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
+    std::fs::create_dir_all(out).map_err(|e| folder(e.to_string()))?;
+    let mut entries = std::fs::read_dir(out).map_err(|e| folder(e.to_string()))?;
+    let holds_a_run = [CASE, SUMMARY].iter().any(|f| out.join(f).exists());
+    if !holds_a_run && entries.next().is_some() {
+        return Err(folder("it holds files that are not of an earlier run".to_owned()));
+    }
+    for name in ["fluid", "structure", "frames"] {
+        remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
+    }
+    let files = [SUMMARY, crate::records::WINDOWS, crate::records::PROBES, "report.html", "fluid.pvd", "structure.pvd"];
+    for name in files {
+        remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;
+    }
+    Ok(output::atomic::write_file(&out.join(CASE), case.to_toml().as_bytes())?)
+}
+
+fn remove(path: &Path, how: impl Fn(&Path) -> std::io::Result<()>) -> std::io::Result<()> {
+    match how(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+/// Participants by role.
+type ByRole<T> = BTreeMap<Role, T>;
+
+/// A participant in this process, behind the table of legal calls.
+fn guarded(participant: Box<dyn Participant>) -> Box<dyn Participant> {
+    Box::new(interfaces::Guarded::new(participant))
+}

@@ -1,0 +1,105 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand};
+use std::path::PathBuf;
+
+/// Couples a particle fluid (ISPH) and an elastic structure (TLSPH), each a process of its own, over shared memory.
+#[derive(Parser)]
+#[command(version, arg_required_else_help = true, after_help = EXAMPLES)]
+pub struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  meniscus run cases/elastic_gate                       the dam break through an elastic gate, into out/elastic_gate
+  meniscus run cases/elastic_gate --set coupling.sub_steps=stable --end-time 0.1
+  meniscus check my_case.toml                           all mistakes of a case at once, and what would run
+  meniscus report out/elastic_gate                      report.html with curves, balances and frames
+  meniscus mock --help                                  partners to test a solver of your own against";
+
+/// Exit codes: 0 done, 1 failed, 2 the case or the arguments are wrong, 130 interrupted.
+#[derive(Subcommand)]
+pub enum Command {
+    /// Run a case: coupler, fluid and structure as processes; a case of one side runs that solver alone
+    Run(Run),
+    /// Check a case, report every mistake at once, and print what would run
+    Check(CaseArguments),
+    /// Make report.html (and frames as PNG) from the outputs of a run
+    Report(Report),
+    /// Serve a case's fluid to a coupler (started by `run`, or by hand)
+    Fluid(Solver),
+    /// Serve a case's structure to a coupler (started by `run`, or by hand)
+    Structure(Solver),
+    /// Serve a mock partner to a coupler
+    Mock(Mock),
+    /// Print the JSON schema of case files, for editors
+    Schema,
+}
+
+/// A case and changes to it.
+#[derive(Args)]
+pub struct CaseArguments {
+    /// Case file, or the folder that holds it as case.toml
+    pub case: PathBuf,
+    /// Override a key of the case, for example --set coupling.relaxation=0.4; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Override case.end_time (s)
+    #[arg(long, value_name = "SECONDS")]
+    pub end_time: Option<f64>,
+}
+
+/// `meniscus run`.
+#[derive(Args)]
+pub struct Run {
+    /// The case.
+    #[command(flatten)]
+    pub case: CaseArguments,
+    /// Folder of the outputs [default: out/<name of the case>]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Call the solvers in this process: the same results to the bit, no processes, no shared memory
+    #[arg(long)]
+    pub in_process: bool,
+    /// Show no progress
+    #[arg(long)]
+    pub quiet: bool,
+    /// Do not make the report at the end
+    #[arg(long)]
+    pub no_report: bool,
+}
+
+/// `meniscus report`.
+#[derive(Args)]
+pub struct Report {
+    /// Folder of the outputs of a run
+    pub dir: PathBuf,
+}
+
+/// `meniscus fluid`, `meniscus structure`.
+#[derive(Args)]
+pub struct Solver {
+    /// Case file as the coupler resolved it: case.toml in the folder of the outputs, where this participant writes too
+    pub case: PathBuf,
+    /// Name of the run to join, as the coupler prints or passes it
+    #[arg(long, env = "MENISCUS_RUN", value_name = "ID")]
+    pub run: String,
+}
+
+/// `meniscus mock`.
+#[derive(Args)]
+#[command(after_help = partners::HELP)]
+pub struct Mock {
+    /// Kind of partner and its settings, for example: spring-mass points=40 stiffness=1e4
+    #[arg(required = true)]
+    pub words: Vec<String>,
+    /// Case file as the coupler resolved it
+    #[arg(long, env = "MENISCUS_CASE", value_name = "FILE")]
+    pub case: PathBuf,
+    /// Name of the run to join
+    #[arg(long, env = "MENISCUS_RUN", value_name = "ID")]
+    pub run: String,
+}

@@ -1,0 +1,62 @@
+//! One file a command: from arguments to the one call that does the work, and back to an exit code.
+
+pub mod check;
+pub mod participant;
+pub mod report;
+pub mod run;
+pub mod schema;
+
+use crate::arguments::CaseArguments;
+use interfaces::case::Case;
+use interfaces::{Participant, ParticipantError, Role};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Something could not be done.
+pub const FAILED: u8 = 1;
+/// The case or the arguments are wrong.
+pub const WRONG: u8 = 2;
+/// Ended by Ctrl-C or SIGTERM, as shells report it.
+pub const INTERRUPTED: u8 = 130;
+
+/// Reads a case with the overrides of the command line; prints all its mistakes if it has any.
+fn load(arguments: &CaseArguments) -> Result<Case, ExitCode> {
+    let mut overrides = arguments.set.clone();
+    overrides.extend(arguments.end_time.map(|t| format!("case.end_time={t:?}")));
+    Case::load(&arguments.case, &overrides).map_err(|errors| {
+        eprintln!("{errors}");
+        ExitCode::from(WRONG)
+    })
+}
+
+/// Our own solver for one side of a case, writing its snapshots to `out`.
+fn solver(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>, ParticipantError> {
+    match role {
+        Role::Fluid => fluid::participant::from_case(case, out),
+        Role::Structure => structure::participant::from_case(case, out),
+    }
+}
+
+/// Gives rayon as many threads as the case says, before any solver asks for it.
+fn set_threads(case: &Case) {
+    // It fails if the pool stands already: it then has the threads of the first call, which no result depends on.
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(case.general.threads).build_global();
+}
+
+/// A flag that Ctrl-C and SIGTERM set; a second signal ends the process at once.
+fn stop_flag() -> std::io::Result<Arc<AtomicBool>> {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_conditional_shutdown(signal, i32::from(INTERRUPTED), Arc::clone(&stop))?;
+        signal_hook::flag::register(signal, Arc::clone(&stop))?;
+    }
+    Ok(stop)
+}
+
+fn failed(what: impl std::fmt::Display) -> ExitCode {
+    eprintln!("error: {what}");
+    ExitCode::from(FAILED)
+}
