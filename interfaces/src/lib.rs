@@ -14,12 +14,14 @@
 //! | port | one field that a participant takes or gives at its interface points |
 //! | interface point | a structure particle that the fluid may touch; all ports of an interface have the same points |
 
+pub mod case;
 pub mod fields;
 pub mod lifecycle;
 pub mod participant;
 pub mod port;
 pub mod window;
 
+pub use case::Case;
 pub use fields::{FieldError, Fields};
 pub use lifecycle::{Call, Guarded, IllegalCall, Lifecycle, State};
 pub use participant::{

@@ -1,0 +1,105 @@
+//! Boxes and their faces. Vectors in the case are lists of as many numbers as the case has dimensions; the check has compared their lengths.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A box along the axes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AxisBox {
+    /// Corner with the least coordinates (m).
+    pub low: Vec<f64>,
+    /// Corner with the greatest coordinates (m).
+    pub high: Vec<f64>,
+}
+
+impl AxisBox {
+    /// Edge lengths (m).
+    pub fn extent(&self) -> Vec<f64> {
+        self.low.iter().zip(&self.high).map(|(low, high)| high - low).collect()
+    }
+
+    /// Cells that a lattice of about `spacing` (m) has along each axis: `round(length/spacing)`, at least one; the rule of `sph::lattice`.
+    pub fn lattice_counts(&self, spacing: f64) -> Vec<usize> {
+        self.extent().iter().map(|length| ((length / spacing).round() as usize).max(1)).collect()
+    }
+
+    /// Particles on the lattice of [`Self::lattice_counts`].
+    pub fn particle_count(&self, spacing: f64) -> usize {
+        self.lattice_counts(spacing).iter().product()
+    }
+
+    /// Whether the boxes share more than a border of `tolerance` (m) in every axis.
+    pub fn overlaps(&self, other: &Self, tolerance: f64) -> bool {
+        (0..self.low.len())
+            .all(|i| self.low[i].max(other.low[i]) + tolerance < self.high[i].min(other.high[i]))
+    }
+
+    /// Whether the point lies in the box, or within `tolerance` (m) of it along every axis.
+    pub fn contains(&self, point: &[f64], tolerance: f64) -> bool {
+        point
+            .iter()
+            .zip(self.low.iter().zip(&self.high))
+            .all(|(x, (low, high))| low - tolerance <= *x && *x <= high + tolerance)
+    }
+}
+
+/// A face of a box. In two dimensions `left`, `right`, `bottom` and `top`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Face {
+    /// Least x.
+    Left,
+    /// Greatest x.
+    Right,
+    /// Least y.
+    Bottom,
+    /// Greatest y.
+    Top,
+    /// Least z; three dimensions only.
+    Back,
+    /// Greatest z; three dimensions only.
+    Front,
+}
+
+impl Face {
+    /// Axis that the face stands across: 0, 1 or 2.
+    pub fn axis(self) -> usize {
+        match self {
+            Self::Left | Self::Right => 0,
+            Self::Bottom | Self::Top => 1,
+            Self::Back | Self::Front => 2,
+        }
+    }
+
+    /// Direction of the outward normal along [`Self::axis`]: −1 or +1.
+    pub fn sign(self) -> f64 {
+        match self {
+            Self::Left | Self::Bottom | Self::Back => -1.0,
+            Self::Right | Self::Top | Self::Front => 1.0,
+        }
+    }
+
+    /// Where the face stands on its axis (m).
+    pub fn coordinate(self, of: &AxisBox) -> f64 {
+        if self.sign() < 0.0 { of.low[self.axis()] } else { of.high[self.axis()] }
+    }
+}
+
+/// On which side of a polyline the solid is, for one who walks it from its first point to its last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Side {
+    /// The solid is to the left.
+    Left,
+    /// The solid is to the right.
+    Right,
+}
+
+/// The list as an array.
+///
+/// # Panics
+/// Where the list has not `D` numbers: the case's vectors have as many as its dimension, so `D` is not that.
+pub fn array<const D: usize>(vector: &[f64]) -> [f64; D] {
+    vector.try_into().expect("a checked case has vectors of its own dimension")
+}

@@ -1,0 +1,95 @@
+//! The case file.
+//!
+//! ```text
+//! case.toml ── document (text → table, with lines) ── overrides (--set) ── conform (table against the schema: keys, types)
+//!           ── typed (as written) ── check (numbers, geometry, names) ── resolve ── Case (nothing optional left)
+//! ```
+//!
+//! Start at [`Case::load`]. [`resolved`] is what solvers read, [`typed`] what users write and what the JSON schema describes; [`numerics`] and
+//! [`geometry`] are shared. All mistakes of a case are found before any is reported ([`CaseErrors`]).
+
+mod errors;
+pub mod geometry;
+pub mod numerics;
+mod resolve;
+pub mod resolved;
+pub mod typed;
+
+pub use errors::{CaseError, CaseErrors};
+pub use geometry::{AxisBox, Face, Side, array};
+pub use resolved::Case;
+
+use sha2::{Digest, Sha256};
+use std::path::{Path, PathBuf};
+
+impl Case {
+    /// Reads the case file at `path`, or `case.toml` in the folder `path`, with `overrides` (`section.key=value`) applied before it is checked.
+    ///
+    /// # Errors
+    /// All mistakes of the file, or that it cannot be read.
+    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, CaseErrors> {
+        let file = if path.is_dir() { path.join("case.toml") } else { path.to_owned() };
+        match std::fs::read_to_string(&file) {
+            Ok(text) => Self::parse(&text, &file, overrides),
+            Err(error) => Err(CaseErrors {
+                file,
+                errors: vec![CaseError::new(
+                    "",
+                    format!("cannot be read: {error}"),
+                    "name a case file, or a folder with a case.toml",
+                )],
+            }),
+        }
+    }
+
+    /// Reads a case from text; `file` stands in messages only.
+    ///
+    /// # Errors
+    /// All mistakes of the text.
+    pub fn parse(text: &str, file: &Path, _overrides: &[String]) -> Result<Self, CaseErrors> {
+        let typed: typed::CaseFile = toml::from_str(text).map_err(|error| CaseErrors {
+            file: PathBuf::from(file),
+            errors: vec![CaseError::new("", error.message(), "mend it")],
+        })?;
+        Ok(resolve::resolve(typed))
+    }
+
+    /// The case as resolved, every default filled in: a case file that reads back to the same case.
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).expect("a case has only tables with names for keys, lists, numbers and words")
+    }
+
+    /// SHA-256 of the case as resolved, in hexadecimal, by which processes find out whether they run the same case. `threads` is left out,
+    /// since no result depends on it.
+    pub fn hash(&self) -> String {
+        let mut same = self.clone();
+        same.general.threads = 0;
+        Sha256::digest(same.to_toml()).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+}
+
+impl TryFrom<typed::CaseFile> for Case {
+    type Error = CaseErrors;
+
+    fn try_from(file: typed::CaseFile) -> Result<Self, Self::Error> {
+        Ok(resolve::resolve(file))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shipped(name: &str) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases").join(name)
+    }
+
+    #[test]
+    fn the_shipped_cases_load_and_read_back_to_themselves() {
+        for name in ["elastic_gate", "hydrostatic_tank", "oscillating_plate"] {
+            let case = Case::load(&shipped(name), &[]).unwrap();
+            let again = Case::parse(&case.to_toml(), Path::new("resolved.toml"), &[]).unwrap();
+            assert_eq!(case, again, "{name}:\n{}", case.to_toml());
+        }
+    }
+}

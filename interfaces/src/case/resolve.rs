@@ -1,0 +1,241 @@
+//! From the case as written to the case as resolved: defaults filled in, alternatives decided. It runs after [`super::check`] found nothing, and
+//! so has nothing to report; where it relies on a check, it says so.
+
+use super::geometry::{AxisBox, Face};
+use super::resolved::{
+    Assumption, Body, Case, Clamp, ClampRegion, Coupling, CouplingScheme, Fluid, General, InitialVelocity,
+    Load, LoadForm, LoadTarget, Material, Probe, ProbeQuantity, ProbeTarget, Reference, Region, Slip, Start,
+    Structure, Wall, WallShape,
+};
+use super::typed;
+use crate::SubSteps;
+
+/// Sub-steps of a window where the case does not say: the paper's choice.
+const SUB_STEPS: u32 = 100;
+/// Fixed rows beyond a clamped face where the case does not say.
+const CLAMP_ROWS: u32 = 3;
+/// Share of the new load where the case does not say.
+const RELAXATION: f64 = 0.5;
+/// Longest wait for a participant where the case does not say (s).
+const DEADLINE: f64 = 60.0;
+
+/// Resolves a checked case.
+pub(super) fn resolve(file: typed::CaseFile) -> Case {
+    let probes = file.probe.iter().map(|probe| resolve_probe(probe, &file)).collect();
+    let general = resolve_general(file.case);
+    let fluid = file.fluid.map(|fluid| resolve_fluid(fluid, &general));
+    let structure = file.structure.map(|structure| resolve_structure(structure, &general));
+    let coupling = (fluid.is_some() && structure.is_some())
+        .then(|| resolve_coupling(&file.coupling.unwrap_or_default(), &general));
+    let references = file.reference.into_iter().map(resolve_reference).collect();
+    Case { general, fluid, structure, coupling, probes, references }
+}
+
+fn resolve_general(case: typed::General) -> General {
+    let dimension = case.dimension as usize;
+    General {
+        title: case.title,
+        dimension,
+        end_time: case.end_time,
+        output_interval: case.output_interval,
+        gravity: case.gravity.unwrap_or_else(|| vec![0.0; dimension]),
+        threads: case.threads as usize,
+        particle_spacing: case.particle_spacing,
+    }
+}
+
+fn resolve_fluid(fluid: typed::Fluid, general: &General) -> Fluid {
+    let zero = || vec![0.0; general.dimension];
+    let characteristic_speed =
+        fluid.characteristic_speed.unwrap_or_else(|| default_characteristic_speed(&fluid, &general.gravity));
+    Fluid {
+        density: fluid.density,
+        kinematic_viscosity: fluid.kinematic_viscosity,
+        particle_spacing: fluid.particle_spacing.unwrap_or(general.particle_spacing),
+        max_time_step: fluid.max_time_step.unwrap_or(general.output_interval),
+        characteristic_speed,
+        domain: fluid.domain,
+        regions: fluid
+            .region
+            .into_iter()
+            .map(|region| Region {
+                name: region.name,
+                bounds: region.bounds,
+                velocity: region.velocity.unwrap_or_else(zero),
+                jitter: region.jitter,
+                seed: region.seed,
+            })
+            .collect(),
+        walls: fluid
+            .wall
+            .into_iter()
+            .map(|wall| Wall {
+                name: wall.name,
+                shape: match (wall.bounds, wall.polyline, wall.solid_side) {
+                    (Some(bounds), ..) => WallShape::Box { bounds },
+                    (None, Some(points), Some(solid_side)) => WallShape::Polyline { points, solid_side },
+                    _ => unreachable!("the check wants a box, or a polyline with its solid side"),
+                },
+                slip: wall.slip.unwrap_or(Slip::FreeSlip),
+                velocity: wall.velocity.unwrap_or_else(zero),
+            })
+            .collect(),
+        numerics: fluid.numerics,
+        participant: resolve_participant(fluid.participant),
+    }
+}
+
+/// √(g H), H the extent of all regions along gravity; without gravity the greatest speed at the start. Zero where there is neither.
+pub(super) fn default_characteristic_speed(fluid: &typed::Fluid, gravity: &[f64]) -> f64 {
+    let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let g = norm(gravity);
+    if g > 0.0 {
+        // The corners of a box reach furthest along g where each coordinate does.
+        let reach = |bounds: &AxisBox, far: bool| -> f64 {
+            gravity
+                .iter()
+                .zip(bounds.low.iter().zip(&bounds.high))
+                .map(|(gi, (low, high))| if (*gi > 0.0) == far { gi * high } else { gi * low })
+                .sum::<f64>()
+                / g
+        };
+        let low =
+            fluid.region.iter().map(|region| reach(&region.bounds, false)).fold(f64::INFINITY, f64::min);
+        let high =
+            fluid.region.iter().map(|region| reach(&region.bounds, true)).fold(f64::NEG_INFINITY, f64::max);
+        if high > low { (g * (high - low)).sqrt() } else { 0.0 }
+    } else {
+        fluid.region.iter().filter_map(|region| region.velocity.as_deref()).map(norm).fold(0.0, f64::max)
+    }
+}
+
+fn resolve_participant(participant: typed::Participant) -> Start {
+    match (participant.command, participant.start) {
+        (Some(command), _) => Start::Command(command),
+        (None, Some(typed::StartWord::ByHand)) => Start::ByHand,
+        (None, Some(typed::StartWord::Own) | None) => Start::Own,
+    }
+}
+
+fn resolve_structure(structure: typed::Structure, general: &General) -> Structure {
+    let material = structure.material;
+    let assumption = material.assumption.unwrap_or(match general.dimension {
+        2 => Assumption::PlaneStrain,
+        _ => Assumption::ThreeDimensional,
+    });
+    Structure {
+        particle_spacing: structure.particle_spacing.unwrap_or(general.particle_spacing),
+        material: Material {
+            law: material.law,
+            youngs_modulus: material.youngs_modulus,
+            poisson_ratio: material.poisson_ratio,
+            density: material.density,
+            assumption,
+        },
+        bodies: structure
+            .body
+            .into_iter()
+            .map(|body| Body {
+                name: body.name,
+                bounds: body.bounds,
+                velocity: body
+                    .velocity
+                    .unwrap_or_else(|| InitialVelocity::Uniform(vec![0.0; general.dimension])),
+            })
+            .collect(),
+        clamps: structure.clamp.into_iter().map(resolve_clamp).collect(),
+        loads: structure.load.into_iter().map(resolve_load).collect(),
+        numerics: structure.numerics,
+        participant: resolve_participant(structure.participant),
+    }
+}
+
+fn resolve_clamp(clamp: typed::Clamp) -> Clamp {
+    let rows = clamp.rows.unwrap_or(CLAMP_ROWS) as usize;
+    let region = match (clamp.face, clamp.bounds) {
+        (Some(face), _) => ClampRegion::Face { face, rows },
+        (None, Some(bounds)) => ClampRegion::Box { bounds },
+        (None, None) => unreachable!("the check wants a face or a box"),
+    };
+    Clamp { name: clamp.name, body: clamp.body, region }
+}
+
+fn resolve_load(load: typed::Load) -> Load {
+    let target = match (load.face, load.at) {
+        (Some(face), _) => LoadTarget::Face { face },
+        (None, Some(at)) => LoadTarget::Point { at },
+        (None, None) => LoadTarget::Body {},
+    };
+    let ramp = load.ramp.unwrap_or_else(|| vec![[0.0, 1.0]]);
+    Load { name: load.name, body: load.body, target, force: load.force, ramp }
+}
+
+fn resolve_coupling(coupling: &typed::Coupling, general: &General) -> Coupling {
+    Coupling {
+        // The check refuses every other scheme.
+        scheme: CouplingScheme::SerialExplicit,
+        max_window: coupling.max_window.unwrap_or(general.output_interval),
+        sub_steps: match coupling.sub_steps {
+            Some(typed::SubSteps::Count(count)) => SubSteps::Fixed(count),
+            Some(typed::SubSteps::Word(typed::SubStepsWord::Stable)) => SubSteps::Stable,
+            None => SubSteps::Fixed(SUB_STEPS),
+        },
+        load: coupling.load.unwrap_or(LoadForm::Transpose),
+        relaxation: coupling.relaxation.unwrap_or(RELAXATION),
+        compliance: coupling.compliance.unwrap_or(true),
+        enforce_condition_46: coupling.enforce_condition_46.unwrap_or(true),
+        deadline: coupling.deadline.unwrap_or(DEADLINE),
+    }
+}
+
+fn resolve_probe(probe: &typed::Probe, file: &typed::CaseFile) -> Probe {
+    let point = || probe.at.clone().expect("the check wants a point for all but a force");
+    let body = || {
+        let only =
+            file.structure.as_ref().and_then(|structure| structure.body.first()).map(|body| &body.name);
+        probe.body.as_ref().or(only).expect("the check wants a body that exists").clone()
+    };
+    let wall = || {
+        let only = file.fluid.as_ref().and_then(|fluid| fluid.wall.first()).map(|wall| &wall.name);
+        probe.wall.as_ref().or(only).expect("the check wants a wall that exists").clone()
+    };
+    let target = match (probe.on, probe.quantity) {
+        (typed::ProbeSide::Structure, ProbeQuantity::Force) => ProbeTarget::Body(body()),
+        (typed::ProbeSide::Structure, _) => ProbeTarget::StructurePoint { body: body(), at: point() },
+        (typed::ProbeSide::Fluid, _) => ProbeTarget::FluidPoint(point()),
+        (typed::ProbeSide::Wall, ProbeQuantity::Force) => ProbeTarget::Wall(wall()),
+        (typed::ProbeSide::Wall, _) => ProbeTarget::WallPoint { wall: wall(), at: point() },
+    };
+    Probe { name: probe.name.clone(), target, quantity: probe.quantity }
+}
+
+fn resolve_reference(reference: typed::Reference) -> Reference {
+    Reference {
+        low: reference.low.unwrap_or_else(|| reference.value.clone()),
+        high: reference.high.unwrap_or_else(|| reference.value.clone()),
+        probe: reference.probe,
+        label: reference.label,
+        source: reference.source,
+        time: reference.time,
+        value: reference.value,
+    }
+}
+
+impl Clamp {
+    /// The box beyond the body's face that the fixed rows fill, for a clamp on a face; `cell` is the body's lattice distance across it (m).
+    pub fn rows_box(&self, body: &AxisBox, cell: f64) -> Option<AxisBox> {
+        match &self.region {
+            ClampRegion::Face { face, rows } => Some(beyond(body, *face, *rows as f64 * cell)),
+            ClampRegion::Box { .. } => None,
+        }
+    }
+}
+
+/// The box that lies on `face` of `body`, `depth` (m) thick.
+pub(super) fn beyond(body: &AxisBox, face: Face, depth: f64) -> AxisBox {
+    let mut beyond = body.clone();
+    let at = face.coordinate(body);
+    beyond.low[face.axis()] = at.min(at + face.sign() * depth);
+    beyond.high[face.axis()] = at.max(at + face.sign() * depth);
+    beyond
+}

@@ -1,0 +1,485 @@
+//! The case as resolved: checked, every default filled in, nothing optional left. Plain data; the solvers make particles of it.
+
+use super::geometry::{AxisBox, Face, Side};
+use super::numerics::{FluidNumerics, StructureNumerics};
+use super::typed;
+use crate::SubSteps;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A checked case. SI units; vectors have as many numbers as `general.dimension`; in two dimensions volumes and forces are for one metre of
+/// depth. It is read by [`Case::load`] or [`Case::parse`], and written by [`Case::to_toml`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "typed::CaseFile")]
+pub struct Case {
+    /// What concerns the whole: `[case]`.
+    #[serde(rename = "case")]
+    pub general: General,
+    /// The fluid, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<Fluid>,
+    /// The structure, where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub structure: Option<Structure>,
+    /// The coupling: there exactly where fluid and structure both are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub coupling: Option<Coupling>,
+    /// Probes.
+    #[serde(rename = "probe")]
+    pub probes: Vec<Probe>,
+    /// Values from elsewhere that the report draws beside probes.
+    #[serde(rename = "reference")]
+    pub references: Vec<Reference>,
+}
+
+/// `[case]`: what concerns the whole.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct General {
+    /// Title, one line.
+    pub title: String,
+    /// Space dimension, 2 or 3.
+    pub dimension: usize,
+    /// Time at which the run ends (s); it starts at 0.
+    pub end_time: f64,
+    /// Time between snapshots (s).
+    pub output_interval: f64,
+    /// Acceleration of gravity on fluid and structure (m/s²).
+    pub gravity: Vec<f64>,
+    /// Threads of each solver; 0 is as many as the machine has. No result depends on it.
+    pub threads: usize,
+    /// Particle spacing Δx of both solvers where they do not set their own (m).
+    pub particle_spacing: f64,
+}
+
+/// `[fluid]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fluid {
+    /// Density (kg/m³).
+    pub density: f64,
+    /// Kinematic viscosity (m²/s).
+    pub kinematic_viscosity: f64,
+    /// Particle spacing Δx (m).
+    pub particle_spacing: f64,
+    /// Largest time step (s).
+    pub max_time_step: f64,
+    /// Speed that scales artificial viscosity, shifting and the first time step (m/s); by default √(g H), H the fluid's height along gravity.
+    pub characteristic_speed: f64,
+    /// Where particles live: one that leaves this box has left the run.
+    pub domain: AxisBox,
+    /// Water at the start.
+    #[serde(rename = "region")]
+    pub regions: Vec<Region>,
+    /// Rigid walls.
+    #[serde(rename = "wall")]
+    pub walls: Vec<Wall>,
+    /// Numerics of the ISPH solver.
+    pub numerics: FluidNumerics,
+    /// Who solves it.
+    pub participant: Start,
+}
+
+/// `[[fluid.region]]`: a box full of fluid at the start.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Region {
+    /// Name.
+    pub name: String,
+    /// Its box.
+    #[serde(rename = "box")]
+    pub bounds: AxisBox,
+    /// Velocity at the start (m/s).
+    pub velocity: Vec<f64>,
+    /// Random displacement of its particles from the lattice, at most this times Δx along each axis.
+    pub jitter: f64,
+    /// Seed of the random displacement.
+    pub seed: u32,
+}
+
+/// `[[fluid.wall]]`: a rigid wall that stays in its place.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Wall {
+    /// Name.
+    pub name: String,
+    /// Its shape.
+    #[serde(flatten)]
+    pub shape: WallShape,
+    /// What the fluid's tangential velocity does at it.
+    pub slip: Slip,
+    /// Velocity of its surface (m/s): a belt, a lid. The wall stays where it is.
+    pub velocity: Vec<f64>,
+}
+
+/// Shape of a wall.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum WallShape {
+    /// A solid box.
+    Box {
+        /// The box.
+        #[serde(rename = "box")]
+        bounds: AxisBox,
+    },
+    /// The border of a solid, as a line through points; two dimensions only.
+    Polyline {
+        /// At least two points (m).
+        #[serde(rename = "polyline")]
+        points: Vec<Vec<f64>>,
+        /// Where the solid is.
+        solid_side: Side,
+    },
+}
+
+/// Tangential velocity at a wall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Slip {
+    /// No shear stress.
+    FreeSlip,
+    /// The wall's own velocity.
+    NoSlip,
+}
+
+/// `[structure]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Structure {
+    /// Particle spacing Δx (m).
+    pub particle_spacing: f64,
+    /// Material of all bodies.
+    pub material: Material,
+    /// Bodies.
+    #[serde(rename = "body")]
+    pub bodies: Vec<Body>,
+    /// What is held fast.
+    #[serde(rename = "clamp")]
+    pub clamps: Vec<Clamp>,
+    /// Dead loads.
+    #[serde(rename = "load")]
+    pub loads: Vec<Load>,
+    /// Numerics of the TLSPH solver.
+    pub numerics: StructureNumerics,
+    /// Who solves it.
+    pub participant: Start,
+}
+
+/// `[structure.material]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Material {
+    /// Stress–strain law.
+    pub law: MaterialLaw,
+    /// Young's modulus E (Pa).
+    pub youngs_modulus: f64,
+    /// Poisson's ratio ν.
+    pub poisson_ratio: f64,
+    /// Density in the reference configuration (kg/m³).
+    pub density: f64,
+    /// Plane strain, plane stress, or neither.
+    pub assumption: Assumption,
+}
+
+/// Stress–strain law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MaterialLaw {
+    /// Cauchy stress linear in the Almansi strain: the paper's Eqs. (38)–(41).
+    AlmansiHooke,
+    /// Second Piola–Kirchhoff stress linear in the Green–Lagrange strain.
+    SaintVenantKirchhoff,
+    /// Compressible neo-Hookean solid.
+    NeoHookean,
+}
+
+/// How two dimensions stand for three.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Assumption {
+    /// No strain across the plane.
+    PlaneStrain,
+    /// No stress across the plane.
+    PlaneStress,
+    /// Three dimensions: no assumption.
+    ThreeDimensional,
+}
+
+/// `[[structure.body]]`: a box of solid in the reference configuration.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Body {
+    /// Name.
+    pub name: String,
+    /// Its box.
+    #[serde(rename = "box")]
+    pub bounds: AxisBox,
+    /// Velocity at the start.
+    pub velocity: InitialVelocity,
+}
+
+/// Velocity of a body at the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum InitialVelocity {
+    /// The same everywhere (m/s).
+    Uniform(Vec<f64>),
+    /// A shape.
+    Mode(CantileverVelocity),
+}
+
+/// First bending mode of a clamped beam, Eqs. (51)–(52) of the paper: `v(s) = tip_velocity · f(s)/f(L)`, with s the distance from the clamped face,
+/// L the body's length across it, kL = 1.875 and
+/// `f(s) = (cos kL + cosh kL)(cosh ks − cos ks) + (sin kL − sinh kL)(sinh ks − sin ks)`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CantileverVelocity {
+    /// Which shape; `cantilever` is the one there is.
+    pub mode: VelocityMode,
+    /// Face from which s counts.
+    pub clamped_face: Face,
+    /// Velocity at the opposite face (m/s).
+    pub tip_velocity: Vec<f64>,
+}
+
+/// Shape of an initial velocity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum VelocityMode {
+    /// First bending mode of a clamped beam.
+    Cantilever,
+}
+
+/// `[[structure.clamp]]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Clamp {
+    /// Name.
+    pub name: String,
+    /// Body that it holds.
+    pub body: String,
+    /// What is held.
+    #[serde(flatten)]
+    pub region: ClampRegion,
+}
+
+/// What a clamp holds.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum ClampRegion {
+    /// The body goes on beyond the face by rows of fixed particles, at the body's own lattice distance.
+    Face {
+        /// The face.
+        face: Face,
+        /// Rows.
+        rows: usize,
+    },
+    /// The body's particles in this box are fixed.
+    Box {
+        /// The box.
+        #[serde(rename = "box")]
+        bounds: AxisBox,
+    },
+}
+
+/// `[[structure.load]]`: a force that keeps its direction (a dead load).
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Load {
+    /// Name.
+    pub name: String,
+    /// Body on which it acts.
+    pub body: String,
+    /// Where it acts.
+    #[serde(flatten)]
+    pub target: LoadTarget,
+    /// Total force (N; in two dimensions N per metre of depth).
+    pub force: Vec<f64>,
+    /// Pairs of time (s) and factor of the force: linear between them, constant before the first and after the last.
+    pub ramp: Vec<[f64; 2]>,
+}
+
+/// Where a load acts.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum LoadTarget {
+    /// Evenly on a face.
+    Face {
+        /// The face.
+        face: Face,
+    },
+    /// At a point of the reference configuration.
+    Point {
+        /// The point (m).
+        at: Vec<f64>,
+    },
+    /// Evenly in the whole body.
+    Body {},
+}
+
+/// Who solves a side.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(into = "typed::Participant")]
+pub enum Start {
+    /// Our own solver, started by the coupler.
+    Own,
+    /// Another command, started by the coupler: the program and its arguments.
+    Command(Vec<String>),
+    /// A process that somebody starts by hand.
+    ByHand,
+}
+
+/// `[coupling]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Coupling {
+    /// Order of the solutions of a window.
+    pub scheme: CouplingScheme,
+    /// Largest window (s).
+    pub max_window: f64,
+    /// Sub-steps of the structure in a window.
+    #[serde(with = "sub_steps")]
+    pub sub_steps: SubSteps,
+    /// Form of the load.
+    pub load: LoadForm,
+    /// Share r of the new load in `r·new + (1 − r)·old`; over 0, at most 1.
+    pub relaxation: f64,
+    /// Whether the pressure equation carries the structure's compliance (its 1/ρ).
+    pub compliance: bool,
+    /// Whether condition (46), continuity of the normal stress, is enforced; it is measured and recorded in any case.
+    pub enforce_condition_46: bool,
+    /// Longest wait for an answer of a participant (s).
+    pub deadline: f64,
+}
+
+/// Order of the solutions of a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CouplingScheme {
+    /// One participant after the other, each once a window.
+    SerialExplicit,
+}
+
+/// Form of the load on the structure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadForm {
+    /// Transpose of the divergence through which the structure's velocity enters the pressure equation.
+    Transpose,
+    /// Pressure gradient at the structure's particles, Eq. (48).
+    PressureGradient,
+}
+
+/// `[[probe]]`: a quantity recorded at every window.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(into = "typed::Probe")]
+pub struct Probe {
+    /// Name; the columns are `<name>.<component>`.
+    pub name: String,
+    /// Where it looks.
+    pub target: ProbeTarget,
+    /// What it records.
+    pub quantity: ProbeQuantity,
+}
+
+/// Where a probe looks. Which quantities it may record stands beside each.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ProbeTarget {
+    /// A point of a body's reference configuration (m): displacement, position, velocity.
+    StructurePoint {
+        /// The body.
+        body: String,
+        /// The point (m).
+        at: Vec<f64>,
+    },
+    /// A whole body: the force of the fluid on it.
+    Body(String),
+    /// A point of space in the fluid (m): pressure, velocity.
+    FluidPoint(Vec<f64>),
+    /// A point on a wall (m): pressure.
+    WallPoint {
+        /// The wall.
+        wall: String,
+        /// The point (m).
+        at: Vec<f64>,
+    },
+    /// A whole wall: the force of the fluid on it.
+    Wall(String),
+}
+
+/// What a probe records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProbeQuantity {
+    /// Displacement (m): `ux`, `uy`, `uz`.
+    Displacement,
+    /// Position (m): `x`, `y`, `z`.
+    Position,
+    /// Velocity (m/s): `vx`, `vy`, `vz`.
+    Velocity,
+    /// Pressure (Pa): `p`.
+    Pressure,
+    /// Total force of the fluid (N; in two dimensions N per metre of depth): `fx`, `fy`, `fz`.
+    Force,
+}
+
+impl ProbeQuantity {
+    /// Names of its components in `dimension` dimensions.
+    pub fn components(self, dimension: usize) -> &'static [&'static str] {
+        match self {
+            Self::Displacement => &["ux", "uy", "uz"][..dimension],
+            Self::Position => &["x", "y", "z"][..dimension],
+            Self::Velocity => &["vx", "vy", "vz"][..dimension],
+            Self::Pressure => &["p"],
+            Self::Force => &["fx", "fy", "fz"][..dimension],
+        }
+    }
+
+    /// Its SI unit, in two dimensions that of one metre of depth.
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Displacement | Self::Position => "m",
+            Self::Velocity => "m/s",
+            Self::Pressure => "Pa",
+            Self::Force => "N",
+        }
+    }
+}
+
+impl Probe {
+    /// Its columns in `probes.csv`: `<name>.<component>`.
+    pub fn columns(&self, dimension: usize) -> Vec<String> {
+        self.quantity
+            .components(dimension)
+            .iter()
+            .map(|component| format!("{}.{component}", self.name))
+            .collect()
+    }
+
+    /// Whether the structure records it (otherwise the fluid does).
+    pub fn is_on_structure(&self) -> bool {
+        matches!(self.target, ProbeTarget::StructurePoint { .. })
+    }
+}
+
+/// `[[reference]]`: values from elsewhere for one column of a probe.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Reference {
+    /// The column: `<probe>.<component>`.
+    pub probe: String,
+    /// What the report's legend says.
+    pub label: String,
+    /// Where it is from.
+    pub source: String,
+    /// Times (s), growing.
+    pub time: Vec<f64>,
+    /// Values at the times, in the probe's unit.
+    pub value: Vec<f64>,
+    /// Lower border of the values; the values themselves where the source gives none.
+    pub low: Vec<f64>,
+    /// Upper border of the values.
+    pub high: Vec<f64>,
+}
+
+/// Sub-steps as the case file writes them: a number, or `"stable"`.
+mod sub_steps {
+    use crate::SubSteps;
+    use serde::Serializer;
+
+    pub fn serialize<S: Serializer>(sub_steps: &SubSteps, serializer: S) -> Result<S::Ok, S::Error> {
+        match sub_steps {
+            SubSteps::Fixed(count) => serializer.serialize_u32(*count),
+            SubSteps::Stable => serializer.serialize_str("stable"),
+        }
+    }
+}

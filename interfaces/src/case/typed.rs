@@ -1,0 +1,360 @@
+//! The case file as users write it: what may be left out is an `Option` or has a default. The key names are the fields' names, the JSON schema
+//! (descriptions included) is made of these types, and [`super::conform`] holds the text against that schema.
+
+use super::geometry::{AxisBox, Face, Side};
+use super::numerics::{FluidNumerics, StructureNumerics};
+use super::resolved::{
+    self, Assumption, InitialVelocity, LoadForm, MaterialLaw, ProbeQuantity, ProbeTarget, Slip,
+};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A meniscus case. SI units throughout.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CaseFile {
+    /// What concerns the whole.
+    pub case: General,
+    /// The fluid; a case without it runs the structure alone.
+    pub fluid: Option<Fluid>,
+    /// The structure; a case without it runs the fluid alone.
+    pub structure: Option<Structure>,
+    /// The coupling of fluid and structure.
+    pub coupling: Option<Coupling>,
+    /// Quantities recorded at every window.
+    #[serde(default)]
+    pub probe: Vec<Probe>,
+    /// Values from elsewhere, drawn beside probes in the report.
+    #[serde(default)]
+    pub reference: Vec<Reference>,
+}
+
+/// What concerns the whole.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct General {
+    /// Title, one line.
+    pub title: String,
+    /// Space dimension, 2 or 3.
+    pub dimension: u32,
+    /// Time at which the run ends (s); it starts at 0.
+    pub end_time: f64,
+    /// Time between snapshots (s).
+    pub output_interval: f64,
+    /// Acceleration of gravity on fluid and structure (m/s²); none if left out.
+    pub gravity: Option<Vec<f64>>,
+    /// Threads of each solver; 0, the default, is as many as the machine has.
+    #[serde(default)]
+    pub threads: u32,
+    /// Particle spacing Δx of both solvers (m).
+    pub particle_spacing: f64,
+}
+
+/// The fluid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fluid {
+    /// Density (kg/m³).
+    pub density: f64,
+    /// Kinematic viscosity (m²/s).
+    pub kinematic_viscosity: f64,
+    /// Particle spacing Δx (m); that of [case] if left out.
+    pub particle_spacing: Option<f64>,
+    /// Largest time step (s); the output interval if left out.
+    pub max_time_step: Option<f64>,
+    /// Speed that scales artificial viscosity, shifting and the first time step (m/s); √(g H) if left out, H the fluid's height along gravity.
+    pub characteristic_speed: Option<f64>,
+    /// Where particles live: one that leaves this box has left the run.
+    pub domain: AxisBox,
+    /// Boxes full of fluid at the start.
+    #[serde(default)]
+    pub region: Vec<Region>,
+    /// Rigid walls.
+    #[serde(default)]
+    pub wall: Vec<Wall>,
+    /// Numerics of the ISPH solver.
+    #[serde(default)]
+    pub numerics: FluidNumerics,
+    /// Who solves the fluid; our own solver if left out.
+    #[serde(default)]
+    pub participant: Participant,
+}
+
+/// A box full of fluid at the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Region {
+    /// Name.
+    pub name: String,
+    /// Its box.
+    #[serde(rename = "box")]
+    pub bounds: AxisBox,
+    /// Velocity at the start (m/s); at rest if left out.
+    pub velocity: Option<Vec<f64>>,
+    /// Random displacement of its particles from the lattice, at most this times Δx along each axis.
+    #[serde(default)]
+    pub jitter: f64,
+    /// Seed of the random displacement.
+    #[serde(default)]
+    pub seed: u32,
+}
+
+/// A rigid wall that stays in its place: a solid box, or the border of a solid as a polyline.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Wall {
+    /// Name.
+    pub name: String,
+    /// A solid box.
+    #[serde(rename = "box")]
+    pub bounds: Option<AxisBox>,
+    /// Points of a polyline (m); two dimensions only.
+    pub polyline: Option<Vec<Vec<f64>>>,
+    /// On which side of the polyline the solid is, walking from its first point to its last.
+    pub solid_side: Option<Side>,
+    /// Tangential velocity at the wall; free-slip if left out.
+    pub slip: Option<Slip>,
+    /// Velocity of its surface (m/s): a belt, a lid. At rest if left out.
+    pub velocity: Option<Vec<f64>>,
+}
+
+/// Who solves a side: `start` or `command`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Participant {
+    /// Our own solver, or one that somebody starts by hand.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<StartWord>,
+    /// A command that the coupler starts: the program and its arguments.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub command: Option<Vec<String>>,
+}
+
+/// Who starts a participant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StartWord {
+    /// The coupler starts our own solver.
+    Own,
+    /// Somebody starts it by hand.
+    ByHand,
+}
+
+/// The structure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Structure {
+    /// Particle spacing Δx (m); that of [case] if left out.
+    pub particle_spacing: Option<f64>,
+    /// Material of all bodies.
+    pub material: Material,
+    /// Bodies.
+    #[serde(default)]
+    pub body: Vec<Body>,
+    /// What is held fast.
+    #[serde(default)]
+    pub clamp: Vec<Clamp>,
+    /// Dead loads.
+    #[serde(default)]
+    pub load: Vec<Load>,
+    /// Numerics of the TLSPH solver.
+    #[serde(default)]
+    pub numerics: StructureNumerics,
+    /// Who solves the structure; our own solver if left out.
+    #[serde(default)]
+    pub participant: Participant,
+}
+
+/// An elastic material.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// Stress–strain law.
+    pub law: MaterialLaw,
+    /// Young's modulus E (Pa).
+    pub youngs_modulus: f64,
+    /// Poisson's ratio ν.
+    pub poisson_ratio: f64,
+    /// Density in the reference configuration (kg/m³).
+    pub density: f64,
+    /// How two dimensions stand for three; plane-strain if left out.
+    pub assumption: Option<Assumption>,
+}
+
+/// A box of solid in the reference configuration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// Name.
+    pub name: String,
+    /// Its box.
+    #[serde(rename = "box")]
+    pub bounds: AxisBox,
+    /// Velocity at the start: a vector (m/s) or a shape; at rest if left out.
+    pub velocity: Option<InitialVelocity>,
+}
+
+/// What is held fast: a `face`, beyond which the body goes on by fixed rows, or the body's particles in a `box`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Clamp {
+    /// Name.
+    pub name: String,
+    /// Body that it holds.
+    pub body: String,
+    /// Face beyond which the body goes on by fixed rows.
+    pub face: Option<Face>,
+    /// Fixed rows beyond the face; 3 if left out.
+    pub rows: Option<u32>,
+    /// Box in which the body's particles are fixed.
+    #[serde(rename = "box")]
+    pub bounds: Option<AxisBox>,
+}
+
+/// A force that keeps its direction (a dead load): on a `face`, at a point (`at`), or, with neither, in the whole body.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    /// Name.
+    pub name: String,
+    /// Body on which it acts.
+    pub body: String,
+    /// Face on which it acts evenly.
+    pub face: Option<Face>,
+    /// Point of the reference configuration at which it acts (m).
+    pub at: Option<Vec<f64>>,
+    /// Total force (N; in two dimensions N per metre of depth).
+    pub force: Vec<f64>,
+    /// Pairs of time (s) and factor of the force, linear between; the full force from the start if left out.
+    pub ramp: Option<Vec<[f64; 2]>>,
+}
+
+/// The coupling of fluid and structure.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Coupling {
+    /// Order of the solutions of a window; serial-explicit if left out.
+    pub scheme: Option<CouplingScheme>,
+    /// Largest window (s); the output interval if left out.
+    pub max_window: Option<f64>,
+    /// Sub-steps of the structure in a window; 100 if left out.
+    pub sub_steps: Option<SubSteps>,
+    /// Form of the load; transpose if left out.
+    pub load: Option<LoadForm>,
+    /// Share of the new load against the old one, over 0 and at most 1; 0.5 if left out.
+    pub relaxation: Option<f64>,
+    /// Whether the pressure equation carries the structure's compliance; yes if left out.
+    pub compliance: Option<bool>,
+    /// Whether condition (46), continuity of the normal stress, is enforced; yes if left out.
+    pub enforce_condition_46: Option<bool>,
+    /// Longest wait for an answer of a participant (s); 60 if left out.
+    pub deadline: Option<f64>,
+}
+
+/// Order of the solutions of a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum CouplingScheme {
+    /// One participant after the other, each once a window.
+    SerialExplicit,
+    /// Not available yet: both at once, each once a window.
+    ParallelExplicit,
+    /// Not available yet: one after the other, until the window converges.
+    SerialImplicit,
+    /// Not available yet: both at once, until the window converges.
+    ParallelImplicit,
+}
+
+/// A number of sub-steps, or `"stable"`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum SubSteps {
+    /// So many.
+    Count(u32),
+    /// A word.
+    Word(SubStepsWord),
+}
+
+/// Sub-steps in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SubStepsWord {
+    /// As many as the structure's stability asks.
+    Stable,
+}
+
+/// A quantity recorded at every window.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Probe {
+    /// Name; the columns of `probes.csv` are `<name>.<component>`.
+    pub name: String,
+    /// What it looks at.
+    pub on: ProbeSide,
+    /// What it records.
+    pub quantity: ProbeQuantity,
+    /// The point (m), on the structure in the reference configuration; none for a force.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<Vec<f64>>,
+    /// The body, where the structure has more than one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
+    /// The wall, where the fluid has more than one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall: Option<String>,
+}
+
+/// What a probe looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProbeSide {
+    /// The structure: displacement, position and velocity at a point; force of the fluid on a body.
+    Structure,
+    /// The fluid: pressure and velocity at a point.
+    Fluid,
+    /// A wall: pressure at a point; force of the fluid on the wall.
+    Wall,
+}
+
+/// Values from elsewhere for one column of a probe.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Reference {
+    /// The column: `<probe>.<component>`.
+    pub probe: String,
+    /// What the report's legend says.
+    pub label: String,
+    /// Where it is from.
+    pub source: String,
+    /// Times (s), growing.
+    pub time: Vec<f64>,
+    /// Values at the times, in the probe's SI unit.
+    pub value: Vec<f64>,
+    /// Lower border of the values; the values themselves if left out.
+    pub low: Option<Vec<f64>>,
+    /// Upper border of the values; the values themselves if left out.
+    pub high: Option<Vec<f64>>,
+}
+
+impl From<resolved::Start> for Participant {
+    fn from(start: resolved::Start) -> Self {
+        match start {
+            resolved::Start::Own => Self { start: Some(StartWord::Own), command: None },
+            resolved::Start::ByHand => Self { start: Some(StartWord::ByHand), command: None },
+            resolved::Start::Command(command) => Self { start: None, command: Some(command) },
+        }
+    }
+}
+
+impl From<resolved::Probe> for Probe {
+    fn from(probe: resolved::Probe) -> Self {
+        let (on, at, body, wall) = match probe.target {
+            ProbeTarget::StructurePoint { body, at } => (ProbeSide::Structure, Some(at), Some(body), None),
+            ProbeTarget::Body(body) => (ProbeSide::Structure, None, Some(body), None),
+            ProbeTarget::FluidPoint(at) => (ProbeSide::Fluid, Some(at), None, None),
+            ProbeTarget::WallPoint { wall, at } => (ProbeSide::Wall, Some(at), None, Some(wall)),
+            ProbeTarget::Wall(wall) => (ProbeSide::Wall, None, None, Some(wall)),
+        };
+        Self { name: probe.name, on, quantity: probe.quantity, at, body, wall }
+    }
+}
