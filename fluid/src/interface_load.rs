@@ -1,0 +1,163 @@
+//! Forces between fluid and boundaries: what the structure gets, and what the fluid got from each of its particles.
+
+use crate::interface::InterfaceInput;
+use crate::neighbourhood::Neighbourhood;
+use crate::options::Options;
+use crate::time_step::FluidProperties;
+use crate::walls::Walls;
+use sph::kernel::CubicSpline;
+use sph::{Matrix, Vector};
+
+/// What a fluid particle meets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Body {
+    /// A part of the walls.
+    Wall(usize),
+    /// An interface particle.
+    Structure(usize),
+}
+
+/// `R_s` (Pa/m): `V_s R_s` is the force on the fluid from particle s by the formula that moved the fluid,
+/// `−V V_s [(1 − φ) 2 p_a + φ (p_s − p_a) B_a] ∇W_as` summed over the fluid, with `p_s − p_a = ρ g·(r_s − r_a)` and the share φ of Eq. (18).
+pub fn pair_reactions<const D: usize>(
+    neighbourhood: &Neighbourhood<D>,
+    corrections: &[(Matrix<D>, f64)],
+    share: &[f64],
+    properties: &FluidProperties<D>,
+    p: &[f64],
+    out: &mut Vec<Vector<D>>,
+) {
+    let list = &neighbourhood.fluid_of_structure;
+    out.clear();
+    out.extend((0..list.len()).map(|s| {
+        let gradients = &neighbourhood.fluid_of_structure_gradients[list.range(s)];
+        let (mut symmetric, mut corrected) = (Vector::zeros(), Vector::zeros());
+        for (&a, g) in list.of(s).iter().zip(gradients) {
+            let a = a as usize;
+            symmetric += g * (p[a] * (1.0 - share[a]));
+            if share[a] > 0.0 {
+                let jump = properties.density * gravity_height(properties, neighbourhood, a, s);
+                corrected += corrections[a].0 * g * (share[a] * jump);
+            }
+        }
+        symmetric * 2.0 + corrected
+    }));
+}
+
+/// `g·(r_s − r_a)`; the offset is recovered from the pair's stored gradient only where Eq. (18) is used next to the structure (paper's scheme).
+fn gravity_height<const D: usize>(
+    properties: &FluidProperties<D>,
+    neighbourhood: &Neighbourhood<D>,
+    a: usize,
+    s: usize,
+) -> f64 {
+    let offset = neighbourhood.structure_offsets[neighbourhood.structure.range(a)]
+        .iter()
+        .zip(neighbourhood.structure.of(a))
+        .find(|(_, index)| **index as usize == s)
+        .map_or(Vector::zeros(), |(offset, _)| *offset);
+    properties.gravity.dot(&offset)
+}
+
+/// Pressures (Pa) beside the interface particles, `Σ W p/Σ W` over the fluid, zero where it is dry.
+pub fn pressures<const D: usize>(
+    neighbourhood: &Neighbourhood<D>,
+    kernel: &CubicSpline<D>,
+    p: &[f64],
+    out: &mut Vec<f64>,
+) {
+    let list = &neighbourhood.fluid_of_structure;
+    let _ = kernel;
+    out.clear();
+    out.extend((0..list.len()).map(|s| {
+        let gradients = &neighbourhood.fluid_of_structure_gradients[list.range(s)];
+        // |∇W| as weight: it needs no second evaluation of the kernel and vanishes at its edge as W does.
+        let (mut sum, mut weight) = (0.0, 0.0);
+        for (&a, g) in list.of(s).iter().zip(gradients) {
+            let w = g.norm();
+            sum += w * p[a as usize];
+            weight += w;
+        }
+        if weight > 0.0 { sum / weight } else { 0.0 }
+    }));
+}
+
+/// Adds the forces (N) of the fluid's pressure on each wall part, `+2 V p_a V_w ∇W_aw`: the transpose of the divergence.
+pub fn wall_forces<const D: usize>(
+    neighbourhood: &Neighbourhood<D>,
+    walls: &Walls<D>,
+    volume: f64,
+    p: &[f64],
+    out: &mut [Vector<D>],
+) {
+    let list = &neighbourhood.walls;
+    for a in 0..p.len() {
+        for (&w, g) in list.of(a).iter().zip(&neighbourhood.wall_gradients[list.range(a)]) {
+            out[walls.part_of[w as usize] as usize] += g * (2.0 * volume * p[a]);
+        }
+    }
+}
+
+/// The paper's Eq. (48): `∇p_s = Σ V_k (p_k − p_s) ∇W_sk` over fluid and structure, dry structure particles at `p = 0`.
+pub fn pressure_gradient_load<const D: usize>(
+    neighbourhood: &Neighbourhood<D>,
+    kernel: &CubicSpline<D>,
+    structure: (&[Vector<D>], &[f64]),
+    p: &[f64],
+    structure_p: &[f64],
+    out: &mut [Vector<D>],
+) {
+    let (positions, volumes) = structure;
+    let list = &neighbourhood.fluid_of_structure;
+    for (s, gradient) in out.iter_mut().enumerate() {
+        let gradients = &neighbourhood.fluid_of_structure_gradients[list.range(s)];
+        let mut sum = Vector::zeros();
+        for (&a, g) in list.of(s).iter().zip(gradients) {
+            sum += g * (p[a as usize] - structure_p[s]);
+        }
+        for (t, position) in positions.iter().enumerate() {
+            let r = positions[s] - position;
+            if r.norm_squared() < kernel.support().powi(2) {
+                sum += kernel.gradient(&r) * (volumes[t] * (structure_p[t] - structure_p[s]));
+            }
+        }
+        *gradient = sum;
+    }
+}
+
+/// Adds the friction of no-slip boundaries, `Σ ν stiffness (u_b − u_a)` in Morris' form, to the viscous accelerations (m/s²);
+/// `taken(body, acceleration)` is told what each body gave to a fluid particle.
+pub fn boundary_friction<const D: usize>(
+    neighbourhood: &Neighbourhood<D>,
+    options: &Options,
+    kinematic_viscosity: f64,
+    positions: &[Vector<D>],
+    velocities: &[Vector<D>],
+    bodies: (&Walls<D>, &InterfaceInput<'_, D>),
+    accelerations: &mut [Vector<D>],
+    mut taken: impl FnMut(Body, Vector<D>),
+) {
+    let (walls, structure) = bodies;
+    let mut pull = |a: usize, at: &Vector<D>, u: &Vector<D>, g: &Vector<D>, body: Body| {
+        let stiffness = 2.0 * g.norm() / (positions[a] - at).norm();
+        let acceleration = (u - velocities[a]) * (kinematic_viscosity * stiffness);
+        accelerations[a] += acceleration;
+        taken(body, acceleration);
+    };
+    for a in 0..positions.len() {
+        if options.no_slip_walls {
+            let list = &neighbourhood.walls;
+            for (&w, g) in list.of(a).iter().zip(&neighbourhood.wall_gradients[list.range(a)]) {
+                let part = walls.part_of[w as usize] as usize;
+                pull(a, &walls.positions[w as usize], &walls.parts[part].velocity, g, Body::Wall(part));
+            }
+        }
+        if options.no_slip_structure {
+            let list = &neighbourhood.structure;
+            for (&s, g) in list.of(a).iter().zip(&neighbourhood.structure_gradients[list.range(a)]) {
+                let s = s as usize;
+                pull(a, &structure.positions[s], &structure.velocities[s], g, Body::Structure(s));
+            }
+        }
+    }
+}

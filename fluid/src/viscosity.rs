@@ -1,0 +1,133 @@
+//! Viscous accelerations: laminar, sub-particle-scale (10) and between approaching particles.
+
+use crate::correction::second_derivative_correction;
+use crate::neighbourhood::Neighbourhood;
+use crate::options::{Options, ViscousOperator};
+use rayon::prelude::*;
+use sph::{Matrix, Vector, tensor};
+
+/// Fields the viscous stage reads.
+pub struct ViscousInput<'a, const D: usize> {
+    /// Lists and gradients.
+    pub neighbourhood: &'a Neighbourhood<D>,
+    /// `B` of Eq. (5).
+    pub corrections: &'a [(Matrix<D>, f64)],
+    /// Positions (m).
+    pub positions: &'a [Vector<D>],
+    /// Velocities (m/s).
+    pub velocities: &'a [Vector<D>],
+    /// Laminar kinematic viscosity (m²/s).
+    pub kinematic_viscosity: f64,
+    /// Smoothing length (m), the filter width of Eq. (10).
+    pub smoothing_length: f64,
+    /// Viscosity (m²/s) added between approaching particles.
+    pub approach_viscosity: f64,
+}
+
+/// Corrected velocity gradients, Eq. (2): entry (i, j) is `∂u_i/∂x_j` (1/s), over fluid neighbours.
+pub fn velocity_gradients<const D: usize>(input: &ViscousInput<'_, D>, out: &mut Vec<Matrix<D>>) {
+    let list = &input.neighbourhood.fluid;
+    out.resize(input.velocities.len(), Matrix::zeros());
+    out.par_iter_mut().with_min_len(128).enumerate().for_each(|(a, gradient)| {
+        let mut sum = Matrix::zeros();
+        for (&b, pair) in list.of(a).iter().zip(&input.neighbourhood.fluid_pairs[list.range(a)]) {
+            sum += tensor::outer(&(input.velocities[b as usize] - input.velocities[a]), &pair.gradient);
+        }
+        *gradient = sum * input.corrections[a].0.transpose();
+    });
+}
+
+/// `ν_t = (c_s Δ)² √(2 ε:ε)`, Eq. (10), in m²/s.
+pub fn eddy_viscosity<const D: usize>(gradient: &Matrix<D>, smagorinsky: f64, filter_width: f64) -> f64 {
+    let strain = (gradient + gradient.transpose()) * 0.5;
+    (smagorinsky * filter_width).powi(2) * (2.0 * strain.norm_squared()).sqrt()
+}
+
+/// Scratch of the viscous stage.
+#[derive(Clone, Debug, Default)]
+pub struct ViscousScratch<const D: usize> {
+    gradients: Vec<Matrix<D>>,
+    viscosities: Vec<f64>,
+}
+
+/// Viscous accelerations (m/s²) among fluid particles; gives the largest viscosity met (m²/s).
+pub fn accelerations<const D: usize>(
+    input: &ViscousInput<'_, D>,
+    options: &Options,
+    scratch: &mut ViscousScratch<D>,
+    out: &mut Vec<Vector<D>>,
+) -> f64 {
+    let count = input.velocities.len();
+    let need_gradients =
+        options.smagorinsky > 0.0 || options.viscous_operator == ViscousOperator::FatehiManzari;
+    if need_gradients {
+        velocity_gradients(input, &mut scratch.gradients);
+    }
+    scratch.viscosities.clear();
+    scratch.viscosities.resize(count, input.kinematic_viscosity);
+    if options.smagorinsky > 0.0 {
+        for (nu, gradient) in scratch.viscosities.iter_mut().zip(&scratch.gradients) {
+            *nu += eddy_viscosity(gradient, options.smagorinsky, input.smoothing_length);
+        }
+    }
+    let list = &input.neighbourhood.fluid;
+    let viscosities = &scratch.viscosities;
+    out.resize(count, Vector::zeros());
+    out.par_iter_mut().with_min_len(128).enumerate().for_each(|(a, acceleration)| {
+        let pairs = &input.neighbourhood.fluid_pairs[list.range(a)];
+        let mut sum = Vector::zeros();
+        let fitted = options.viscous_operator == ViscousOperator::FatehiManzari;
+        for (&b, pair) in list.of(a).iter().zip(pairs) {
+            let b = b as usize;
+            let u = input.velocities[b] - input.velocities[a];
+            let mut nu = if fitted { 0.0 } else { 0.5 * (viscosities[a] + viscosities[b]) };
+            if input.approach_viscosity > 0.0 && u.dot(&(input.positions[b] - input.positions[a])) < 0.0 {
+                nu += input.approach_viscosity;
+            }
+            sum += u * (nu * pair.stiffness);
+        }
+        if fitted {
+            sum += fitted_laplacian(input, viscosities, &scratch.gradients[a], a);
+        }
+        *acceleration = sum;
+    });
+    let largest = viscosities.iter().copied().fold(0.0, f64::max);
+    largest + input.approach_viscosity
+}
+
+/// Eq. (13), the corrected Laplacian (4), (6), (7): `B̂ : Σ 2V e ∇W ν_ab ((u_a − u_b)/|r_ab| − e·∇u)`.
+///
+/// Deviation: Eq. (13) as printed carries `μ_ab = ρ_a ν_a + ρ_b ν_b` without the mean's half against the 2 of Eq. (4); here `ν_ab` is the mean and the 2 stands.
+fn fitted_laplacian<const D: usize>(
+    input: &ViscousInput<'_, D>,
+    viscosities: &[f64],
+    gradient: &Matrix<D>,
+    a: usize,
+) -> Vector<D> {
+    let list = &input.neighbourhood.fluid;
+    let pairs = &input.neighbourhood.fluid_pairs[list.range(a)];
+    let around = || {
+        list.of(a)
+            .iter()
+            .zip(pairs)
+            .map(|(&b, pair)| (b as usize, input.positions[a] - input.positions[b as usize], pair))
+    };
+    let gradients = around().map(|(_, r, pair)| (r, pair.gradient));
+    let Some(b_hat) = second_derivative_correction(gradients, &input.corrections[a].0) else {
+        let simple = around().map(|(b, _, pair)| {
+            (input.velocities[b] - input.velocities[a])
+                * (0.5 * (viscosities[a] + viscosities[b]) * pair.stiffness)
+        });
+        return simple.fold(Vector::zeros(), |sum, term| sum + term);
+    };
+    let mut sum = Vector::zeros();
+    for (b, r, pair) in around() {
+        let distance = r.norm();
+        let e = r / distance;
+        let nu = 0.5 * (viscosities[a] + viscosities[b]);
+        let weight = 2.0 * nu * e.dot(&(b_hat * pair.gradient));
+        let jump = (input.velocities[a] - input.velocities[b]) / distance - gradient * e;
+        sum += jump * weight;
+    }
+    sum
+}
