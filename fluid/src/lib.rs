@@ -9,6 +9,7 @@ mod interface;
 mod interface_load;
 mod neighbourhood;
 mod options;
+pub mod participant;
 mod position_projection;
 mod pressure_operator;
 mod rows;

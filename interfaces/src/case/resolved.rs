@@ -448,7 +448,7 @@ impl Probe {
 
     /// Whether the structure records it (otherwise the fluid does).
     pub fn is_on_structure(&self) -> bool {
-        matches!(self.target, ProbeTarget::StructurePoint { .. })
+        matches!(self.target, ProbeTarget::StructurePoint { .. } | ProbeTarget::Body(_))
     }
 }
 

@@ -1,0 +1,270 @@
+//! The fluid as a participant: the one file of this crate that knows the case, messages and outputs.
+//!
+//! Case → particles, walls and options; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and balances.
+
+mod ledger;
+mod setup;
+mod snapshot;
+
+use crate::{Fluid, InterfaceInput, InterfaceParticles, State};
+use interfaces::case::Case;
+use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
+use interfaces::port::names;
+use interfaces::{
+    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar, ScalarKind,
+    TimeWindow, WindowReport,
+};
+use ledger::Ledger;
+use setup::Made;
+use snapshot::Snapshots;
+use sph::Vector;
+use std::path::Path;
+use std::time::Instant;
+
+/// The fluid of `case`, writing its snapshots to the folder `out`.
+///
+/// # Errors
+/// A setting that cannot be used; a folder that cannot be written.
+pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>, ParticipantError> {
+    Ok(match case.general.dimension {
+        2 => Box::new(FluidParticipant::<2>::new(case, out)?),
+        _ => Box::new(FluidParticipant::<3>::new(case, out)?),
+    })
+}
+
+/// What the fluid of `case` would be: pairs of what and value, for `meniscus check`.
+///
+/// # Errors
+/// A setting that cannot be used.
+pub fn preview(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
+    match case.general.dimension {
+        2 => preview_in::<2>(case),
+        _ => preview_in::<3>(case),
+    }
+}
+
+/// Peak resident memory of a fluid process over its number of particles (bytes), measured on `cases/elastic_gate` with 8,960 particles.
+const BYTES_A_PARTICLE: f64 = 6e3;
+
+fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
+    let made = setup::from_case::<D>(case)?;
+    let (particles, walls) = (made.state.len(), made.walls.positions.len());
+    let fluid = build(&made, InterfaceParticles::default())?;
+    let step = fluid.stable_step(&made.state, &[]).min(made.max_time_step);
+    let windows = case.general.end_time / step;
+    let line = |what: &str, value: String| (what.to_owned(), value);
+    Ok(vec![
+        line("particles", format!("{particles} (and {walls} in walls)")),
+        line("first time step", format!("{step:.3e} s")),
+        line("expected windows", format!("{windows:.0} and more: the step shrinks as the fluid speeds up")),
+        line("memory", format!("about {:.0} MB", particles as f64 * BYTES_A_PARTICLE / 1e6)),
+    ])
+}
+
+fn build<const D: usize>(made: &Made<D>, interface: InterfaceParticles) -> Result<Fluid<D>, ParticipantError> {
+    Fluid::new(made.properties.clone(), made.options.clone(), made.walls.clone(), interface, &made.state).map_err(failed)
+}
+
+fn failed(error: impl std::fmt::Display) -> ParticipantError {
+    ParticipantError::failed(error.to_string())
+}
+
+struct FluidParticipant<const D: usize> {
+    description: Description,
+    made: Made<D>,
+    fluid: Fluid<D>,
+    accepted: State<D>,
+    trial: State<D>,
+    accepted_ledger: Ledger,
+    trial_ledger: Ledger,
+    positions: Vec<Vector<D>>,
+    velocities: Vec<Vector<D>>,
+    held: Vec<Vector<D>>,
+    probes: Vec<Probe>,
+    end_of_trial: f64,
+    report: Option<WindowReport>,
+    snapshots: Snapshots,
+}
+
+impl<const D: usize> FluidParticipant<D> {
+    fn new(case: &Case, out: &Path) -> Result<Self, ParticipantError> {
+        let made = setup::from_case::<D>(case)?;
+        let fluid = build(&made, InterfaceParticles::default())?;
+        let probes: Vec<Probe> = case.probes.iter().filter(|p| !p.is_on_structure()).cloned().collect();
+        Ok(Self {
+            description: describe::<D>(&probes),
+            accepted: made.state.clone(),
+            trial: made.state.clone(),
+            accepted_ledger: Ledger::default(),
+            trial_ledger: Ledger::default(),
+            positions: Vec::new(),
+            velocities: Vec::new(),
+            held: Vec::new(),
+            probes,
+            end_of_trial: 0.0,
+            report: None,
+            snapshots: Snapshots::create(out)?,
+            fluid,
+            made,
+        })
+    }
+
+    fn take_motion(&mut self, inputs: &Fields) {
+        read(inputs.get(names::POSITION), &mut self.positions);
+        read(inputs.get(names::VELOCITY), &mut self.velocities);
+        read(inputs.get(names::HELD_PRESSURE_GRADIENT), &mut self.held);
+    }
+
+    fn window_limit(&self, state: &State<D>) -> f64 {
+        self.fluid.stable_step(state, &self.velocities).min(self.made.max_time_step)
+    }
+
+    fn scalars(&self, state: &State<D>, ledger: &Ledger) -> Vec<f64> {
+        let mut scalars = ledger.values();
+        for probe in &self.probes {
+            match (&probe.target, probe.quantity) {
+                (ProbeTarget::FluidPoint(at), ProbeQuantity::Velocity) => {
+                    scalars.extend(self.fluid.velocity_at(state, &Vector::from_column_slice(at)).iter());
+                }
+                (ProbeTarget::FluidPoint(at) | ProbeTarget::WallPoint { at, .. }, _) => {
+                    scalars.push(self.fluid.pressure_at(state, &Vector::from_column_slice(at)));
+                }
+                (ProbeTarget::Wall(name), _) => scalars.extend(self.fluid.wall_force(name).iter()),
+                (ProbeTarget::StructurePoint { .. } | ProbeTarget::Body(_), _) => {
+                    unreachable!("probes on the structure were left to it")
+                }
+            }
+        }
+        scalars
+    }
+
+    fn give_load(&self, outputs: &mut Fields) {
+        let given = &self.fluid.output;
+        for (name, values) in [
+            (names::PRESSURE_GRADIENT, &given.pressure_gradients),
+            (names::PAIR_REACTION, &given.pair_reactions),
+            (names::NORMAL, &given.normals),
+        ] {
+            if let Some(field) = outputs.get_mut(name) {
+                for (to, from) in field.chunks_exact_mut(D).zip(values) {
+                    to.copy_from_slice(from.as_slice());
+                }
+            }
+        }
+        if let Some(field) = outputs.get_mut(names::PRESSURE) {
+            field.copy_from_slice(&given.pressures);
+        }
+    }
+}
+
+impl<const D: usize> Participant for FluidParticipant<D> {
+    fn describe(&self) -> &Description {
+        &self.description
+    }
+
+    fn initialize(&mut self, start: f64, inputs: &Fields, _outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let interface = InterfaceParticles {
+            volumes: inputs.get(names::REFERENCE_VOLUME).unwrap_or_default().to_vec(),
+            densities: inputs.get(names::DENSITY).unwrap_or_default().to_vec(),
+        };
+        self.fluid = build(&self.made, interface)?;
+        self.take_motion(inputs);
+        self.accepted_ledger = Ledger::at_start(&self.fluid, &self.accepted);
+        self.snapshots.write(start, &self.accepted)?;
+        let scalars = self.scalars(&self.accepted, &self.accepted_ledger);
+        Ok(Readiness { window_limit: self.window_limit(&self.accepted), scalars })
+    }
+
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+        let started = Instant::now();
+        self.take_motion(inputs);
+        let structure = InterfaceInput {
+            positions: &self.positions,
+            velocities: &self.velocities,
+            held_pressure_gradients: &self.held,
+        };
+        let step = self
+            .fluid
+            .step(&self.accepted, window.start, window.size, &structure, &mut self.trial)
+            .map_err(failed)?;
+        self.trial_ledger = self.accepted_ledger.after(&step, &self.trial);
+        self.end_of_trial = window.end();
+        self.report = Some(WindowReport {
+            sub_steps: 1,
+            window_limit: self.window_limit(&self.trial),
+            scalars: self.scalars(&self.trial, &self.trial_ledger),
+            compute_seconds: started.elapsed().as_secs_f64(),
+        });
+        Ok(())
+    }
+
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+        self.give_load(outputs);
+        Ok(self.report.take().expect("the table of legal calls puts a start before every finish"))
+    }
+
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+        std::mem::swap(&mut self.accepted, &mut self.trial);
+        self.accepted_ledger = self.trial_ledger.clone();
+        if snapshot.is_some() {
+            self.snapshots.write(self.end_of_trial, &self.accepted)?;
+        }
+        Ok(())
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+        let mut bytes = self.accepted_ledger.to_bytes();
+        bytes.extend(self.accepted.to_bytes());
+        Ok(bytes)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        let (ledger, rest) = Ledger::from_bytes(state).ok_or_else(|| failed("the saved state is cut off"))?;
+        self.accepted = State::from_bytes(rest).map_err(failed)?;
+        self.accepted_ledger = ledger;
+        Ok(())
+    }
+
+    fn terminate(&mut self) -> Result<(), ParticipantError> {
+        Ok(())
+    }
+}
+
+fn read<const D: usize>(field: Option<&[f64]>, vectors: &mut Vec<Vector<D>>) {
+    vectors.clear();
+    vectors.extend(field.unwrap_or_default().chunks_exact(D).map(Vector::from_column_slice));
+}
+
+fn describe<const D: usize>(probes: &[Probe]) -> Description {
+    let port = |name, quantity, direction| Port::new(name, quantity, D, None, direction);
+    let mut scalars: Vec<Scalar> = Ledger::NAMES
+        .iter()
+        .map(|(name, unit)| Scalar { name: (*name).to_owned(), unit: (*unit).to_owned(), kind: ScalarKind::Balance })
+        .collect();
+    for probe in probes {
+        let unit = probe.quantity.unit();
+        scalars.extend(
+            probe
+                .columns(D)
+                .into_iter()
+                .map(|name| Scalar { name, unit: unit.to_owned(), kind: ScalarKind::Probe }),
+        );
+    }
+    Description {
+        role: Role::Fluid,
+        solver: "meniscus fluid (ISPH)".to_owned(),
+        dimension: D,
+        ports: vec![
+            port(names::REFERENCE_VOLUME, Quantity::ReferenceVolume, Direction::In).constant(),
+            port(names::DENSITY, Quantity::Density, Direction::In).constant(),
+            port(names::POSITION, Quantity::Position, Direction::In),
+            port(names::VELOCITY, Quantity::Velocity, Direction::In),
+            port(names::HELD_PRESSURE_GRADIENT, Quantity::PressureGradient, Direction::In).optional(),
+            port(names::PRESSURE_GRADIENT, Quantity::PressureGradient, Direction::Out),
+            port(names::PRESSURE, Quantity::Pressure, Direction::Out),
+            port(names::PAIR_REACTION, Quantity::PairReaction, Direction::Out),
+            port(names::NORMAL, Quantity::Normal, Direction::Out),
+        ],
+        scalars,
+    }
+}

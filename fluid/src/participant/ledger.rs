@@ -1,0 +1,114 @@
+//! Balances of the fluid since the start: works and impulses summed over the accepted steps, and the state's own figures.
+
+use crate::{Fluid, State, StepReport};
+
+/// Figures of an accepted state, in the order of [`Ledger::NAMES`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ledger {
+    figures: [f64; Ledger::NAMES.len()],
+}
+
+/// Places in [`Ledger::NAMES`].
+mod at {
+    pub const KINETIC: usize = 0;
+    pub const POTENTIAL: usize = 1;
+    pub const STRUCTURE_WORK: usize = 2;
+    pub const WALL_WORK: usize = 3;
+    pub const VISCOUS_WORK: usize = 4;
+    pub const CONTACT_WORK: usize = 5;
+    pub const PROJECTION_WORK: usize = 6;
+    pub const VOLUME_DRIFT: usize = 7;
+    pub const DENSITY_ERROR: usize = 8;
+    pub const MAX_SPEED: usize = 9;
+    pub const MAX_PRESSURE: usize = 10;
+    pub const PARTICLES: usize = 11;
+    pub const SPLASHES: usize = 12;
+    pub const LEFT: usize = 13;
+    pub const LOST: usize = 14;
+    pub const PRESSURE_ITERATIONS: usize = 15;
+    pub const PRESSURE_RESIDUAL: usize = 16;
+    pub const POSITION_ITERATIONS: usize = 17;
+}
+
+impl Ledger {
+    /// Names and units, as they head columns.
+    pub const NAMES: [(&'static str, &'static str); 18] = [
+        ("kinetic_energy", "J"),
+        ("potential_energy", "J"),
+        ("structure_work", "J"),
+        ("wall_work", "J"),
+        ("viscous_work", "J"),
+        ("contact_work", "J"),
+        ("projection_work", "J"),
+        ("volume_drift", "1"),
+        ("largest_density_error", "1"),
+        ("max_speed", "m/s"),
+        ("max_pressure", "Pa"),
+        ("particles", "1"),
+        ("splashes", "1"),
+        ("particles_left", "1"),
+        ("particles_lost", "1"),
+        ("pressure_iterations", "1"),
+        ("pressure_residual", "1"),
+        ("position_iterations", "1"),
+    ];
+
+    /// The figures of the initial state.
+    pub fn at_start<const D: usize>(fluid: &Fluid<D>, state: &State<D>) -> Self {
+        let mut ledger = Self::default();
+        let mass = fluid.particle_mass();
+        let gravity = fluid.properties().gravity;
+        let f = &mut ledger.figures;
+        f[at::KINETIC] = state.velocities.iter().map(|u| 0.5 * mass * u.norm_squared()).sum();
+        f[at::POTENTIAL] = state.positions.iter().map(|r| -mass * gravity.dot(r)).sum();
+        f[at::MAX_SPEED] = state.velocities.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        f[at::PARTICLES] = state.len() as f64;
+        ledger
+    }
+
+    /// The figures after one more step, which led to `state`.
+    pub fn after<const D: usize>(&self, step: &StepReport<D>, state: &State<D>) -> Self {
+        let mut next = self.clone();
+        let f = &mut next.figures;
+        f[at::KINETIC] = step.kinetic_energy;
+        f[at::POTENTIAL] = step.potential_energy;
+        f[at::STRUCTURE_WORK] += step.structure_work;
+        f[at::WALL_WORK] += step.wall_work;
+        f[at::VISCOUS_WORK] += step.viscous_work;
+        f[at::CONTACT_WORK] += step.contact_work;
+        f[at::PROJECTION_WORK] += step.projection_work;
+        // A volume that grew shows as a density that fell.
+        f[at::VOLUME_DRIFT] = -step.mean_density_error;
+        f[at::DENSITY_ERROR] = step.largest_density_error;
+        f[at::MAX_SPEED] = step.max_speed;
+        f[at::MAX_PRESSURE] = state.pressures.iter().copied().fold(0.0, f64::max);
+        f[at::PARTICLES] = state.len() as f64;
+        f[at::SPLASHES] = step.splashes as f64;
+        f[at::LEFT] = state.left as f64;
+        f[at::LOST] = state.lost as f64;
+        f[at::PRESSURE_ITERATIONS] = step.pressure_solve.iterations as f64;
+        f[at::PRESSURE_RESIDUAL] = step.pressure_solve.residual;
+        f[at::POSITION_ITERATIONS] = step.position_solve.iterations as f64;
+        next
+    }
+
+    /// The figures, in the order of the names.
+    pub fn values(&self) -> Vec<f64> {
+        self.figures.to_vec()
+    }
+
+    /// The figures as bytes (little endian).
+    pub fn to_bytes(&self) -> Vec<u8> {
+        self.figures.iter().flat_map(|f| f.to_le_bytes()).collect()
+    }
+
+    /// The ledger that stands before the rest of some bytes; nothing where they are too few.
+    pub fn from_bytes(bytes: &[u8]) -> Option<(Self, &[u8])> {
+        let mut ledger = Self::default();
+        let (mine, rest) = bytes.split_at_checked(8 * Self::NAMES.len())?;
+        for (figure, word) in ledger.figures.iter_mut().zip(mine.chunks_exact(8)) {
+            *figure = f64::from_le_bytes(word.try_into().expect("chunks of eight bytes"));
+        }
+        Some((ledger, rest))
+    }
+}

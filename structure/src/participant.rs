@@ -1,0 +1,310 @@
+//! The structure as a participant: the one file of this crate that knows the case, messages and outputs.
+//!
+//! Case → [`Setup`]; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and energies.
+
+mod setup;
+mod snapshot;
+
+use crate::{Load, MaterialPoint, State, Structure};
+use interfaces::case::Case;
+use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
+use interfaces::port::names;
+use interfaces::{
+    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar, ScalarKind,
+    SubSteps, TimeWindow, WindowReport,
+};
+use snapshot::Snapshots;
+use sph::Vector;
+use std::path::Path;
+use std::time::Instant;
+
+/// Sub-steps in a window of a structure without a partner, which nobody else limits.
+const SUB_STEPS_ALONE: f64 = 100.0;
+
+/// The structure of `case`, writing its snapshots to the folder `out`.
+///
+/// # Errors
+/// What the setup refuses, with all its mistakes; a folder that cannot be written.
+pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>, ParticipantError> {
+    Ok(match case.general.dimension {
+        2 => Box::new(StructureParticipant::<2>::new(case, out)?),
+        _ => Box::new(StructureParticipant::<3>::new(case, out)?),
+    })
+}
+
+/// What the structure of `case` would be: pairs of what and value, for `meniscus check`.
+///
+/// # Errors
+/// What the setup refuses, with all its mistakes.
+pub fn preview(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
+    match case.general.dimension {
+        2 => preview_in::<2>(case),
+        _ => preview_in::<3>(case),
+    }
+}
+
+fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
+    let (structure, _) = build::<D>(case)?;
+    let stable = structure.stable_time_step();
+    let free = structure.interface_particles().len();
+    let line = |what: &str, value: String| (what.to_owned(), value);
+    let mut lines = vec![
+        line("particles", format!("{} ({free} free)", structure.len())),
+        line("stable sub-step", format!("{stable:.3e} s")),
+    ];
+    if let Some(SubSteps::Fixed(count)) = case.coupling.as_ref().map(|c| c.sub_steps) {
+        lines.push(line("largest window", format!("{:.3e} s ({count} sub-steps)", stable * f64::from(count))));
+    }
+    Ok(lines)
+}
+
+fn build<const D: usize>(case: &Case) -> Result<(Structure<D>, State<D>), ParticipantError> {
+    let made = setup::from_case::<D>(case)?;
+    let mut structure = Structure::new(made.setup).map_err(failed)?;
+    let mut state = structure.state_at_rest(0.0);
+    state.velocities = made.velocities;
+    structure.evaluate_energy(&mut state).map_err(failed)?;
+    Ok((structure, state))
+}
+
+fn failed(error: impl std::fmt::Display) -> ParticipantError {
+    ParticipantError::failed(error.to_string())
+}
+
+/// What a probe reads.
+enum Reader<const D: usize> {
+    Displacement(MaterialPoint<D>),
+    Position(MaterialPoint<D>),
+    Velocity(MaterialPoint<D>),
+    /// Force of the fluid on the particles of a body.
+    Force(std::ops::Range<usize>),
+}
+
+struct StructureParticipant<const D: usize> {
+    description: Description,
+    structure: Structure<D>,
+    accepted: State<D>,
+    trial: State<D>,
+    /// Pressure gradient at the interface particles (Pa/m).
+    load: Vec<Vector<D>>,
+    gravity: Vector<D>,
+    fixed_sub_steps: Option<u32>,
+    readers: Vec<Reader<D>>,
+    report: Option<WindowReport>,
+    snapshots: Snapshots<D>,
+}
+
+impl<const D: usize> StructureParticipant<D> {
+    fn new(case: &Case, out: &Path) -> Result<Self, ParticipantError> {
+        let (structure, accepted) = build::<D>(case)?;
+        let points = structure.interface_particles().len();
+        let readers = readers(case, &structure)?;
+        let fixed_sub_steps = match case.coupling.as_ref().map(|c| c.sub_steps) {
+            Some(SubSteps::Fixed(count)) => Some(count),
+            _ => None,
+        };
+        Ok(Self {
+            description: describe::<D>(case, points),
+            gravity: Vector::from_column_slice(&case.general.gravity),
+            trial: accepted.clone(),
+            accepted,
+            load: vec![Vector::zeros(); points],
+            fixed_sub_steps,
+            readers,
+            report: None,
+            snapshots: Snapshots::create(out, &structure)?,
+            structure,
+        })
+    }
+
+    /// The largest window (s): what the fixed number of sub-steps can do stably; alone, a window of its own choice.
+    fn window_limit(&self, coupled: bool) -> f64 {
+        let stable = self.structure.stable_time_step();
+        match self.fixed_sub_steps {
+            Some(count) => stable * f64::from(count),
+            None if coupled => f64::INFINITY,
+            None => stable * SUB_STEPS_ALONE,
+        }
+    }
+
+    fn give_motion(&self, state: &State<D>, outputs: &mut Fields) {
+        let particles = self.structure.interface_particles();
+        for (name, values) in [(names::POSITION, &state.positions), (names::VELOCITY, &state.velocities)] {
+            if let Some(field) = outputs.get_mut(name) {
+                for (to, &particle) in field.chunks_exact_mut(D).zip(particles) {
+                    to.copy_from_slice(values[particle as usize].as_slice());
+                }
+            }
+        }
+    }
+
+    fn scalars(&self, state: &State<D>) -> Vec<f64> {
+        let energy = &state.energy;
+        let masses = self.structure.masses();
+        let clamped = self.structure.clamped();
+        let potential = (0..masses.len())
+            .filter(|&i| !clamped[i])
+            .map(|i| -masses[i] * self.gravity.dot(&state.positions[i]))
+            .sum();
+        let mut scalars = vec![energy.kinetic, energy.strain, potential, energy.load_work, energy.dissipated];
+        for reader in &self.readers {
+            let value = match reader {
+                Reader::Displacement(point) => point.value(&state.positions) - point.reference,
+                Reader::Position(point) => point.value(&state.positions),
+                Reader::Velocity(point) => point.value(&state.velocities),
+                Reader::Force(body) => self.fluid_force(body),
+            };
+            scalars.extend(value.iter());
+        }
+        scalars
+    }
+
+    fn fluid_force(&self, body: &std::ops::Range<usize>) -> Vector<D> {
+        let volumes = self.structure.volumes();
+        let loaded = self.structure.interface_particles().iter().zip(&self.load);
+        loaded.filter(|(particle, _)| body.contains(&(**particle as usize))).fold(
+            Vector::zeros(),
+            |sum, (particle, gradient)| sum - gradient * volumes[*particle as usize],
+        )
+    }
+}
+
+impl<const D: usize> Participant for StructureParticipant<D> {
+    fn describe(&self) -> &Description {
+        &self.description
+    }
+
+    fn initialize(&mut self, start: f64, _inputs: &Fields, outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        self.accepted.time = start;
+        let particles = self.structure.interface_particles();
+        if let Some(field) = outputs.get_mut(names::REFERENCE_VOLUME) {
+            for (to, &particle) in field.iter_mut().zip(particles) {
+                *to = self.structure.volumes()[particle as usize];
+            }
+        }
+        if let Some(field) = outputs.get_mut(names::DENSITY) {
+            for (to, &particle) in field.iter_mut().zip(particles) {
+                *to = self.structure.density(particle as usize);
+            }
+        }
+        self.give_motion(&self.accepted, outputs);
+        self.snapshots.write(&mut self.structure, &self.accepted)?;
+        Ok(Readiness { window_limit: self.window_limit(true), scalars: self.scalars(&self.accepted) })
+    }
+
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+        let started = Instant::now();
+        if let Some(gradient) = inputs.get(names::PRESSURE_GRADIENT) {
+            for (to, from) in self.load.iter_mut().zip(gradient.chunks_exact(D)) {
+                *to = Vector::from_column_slice(from);
+            }
+        }
+        let sub_steps = match window.sub_steps {
+            SubSteps::Fixed(count) => count as usize,
+            SubSteps::Stable => self.structure.stable_sub_steps(window.size),
+        };
+        self.accepted.time = window.start;
+        let load = Load::Held(&self.load);
+        self.structure.advance(&self.accepted, &mut self.trial, window.size, sub_steps, &load).map_err(failed)?;
+        self.report = Some(WindowReport {
+            sub_steps: sub_steps as u32,
+            window_limit: self.window_limit(true),
+            scalars: self.scalars(&self.trial),
+            compute_seconds: started.elapsed().as_secs_f64(),
+        });
+        Ok(())
+    }
+
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+        self.give_motion(&self.trial, outputs);
+        Ok(self.report.take().expect("the table of legal calls puts a start before every finish"))
+    }
+
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+        std::mem::swap(&mut self.accepted, &mut self.trial);
+        if snapshot.is_some() {
+            self.snapshots.write(&mut self.structure, &self.accepted)?;
+        }
+        Ok(())
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+        Ok(self.accepted.to_bytes())
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        self.accepted = State::from_bytes(state, self.structure.len()).map_err(failed)?;
+        Ok(())
+    }
+
+    fn terminate(&mut self) -> Result<(), ParticipantError> {
+        Ok(())
+    }
+}
+
+fn describe<const D: usize>(case: &Case, points: usize) -> Description {
+    let port = |name, quantity, direction| Port::new(name, quantity, D, Some(points), direction);
+    let balance = |name: &str| Scalar { name: name.to_owned(), unit: "J".to_owned(), kind: ScalarKind::Balance };
+    let energies = ["kinetic_energy", "strain_energy", "potential_energy", "load_work", "dissipated_energy"];
+    let mut scalars: Vec<Scalar> = energies.into_iter().map(balance).collect();
+    for probe in case.probes.iter().filter(|p| p.is_on_structure()) {
+        let unit = probe.quantity.unit();
+        scalars.extend(
+            probe
+                .columns(D)
+                .into_iter()
+                .map(|name| Scalar { name, unit: unit.to_owned(), kind: ScalarKind::Probe }),
+        );
+    }
+    Description {
+        role: Role::Structure,
+        solver: "meniscus structure (TLSPH)".to_owned(),
+        dimension: D,
+        ports: vec![
+            port(names::REFERENCE_VOLUME, Quantity::ReferenceVolume, Direction::Out).constant(),
+            port(names::DENSITY, Quantity::Density, Direction::Out).constant(),
+            port(names::POSITION, Quantity::Position, Direction::Out),
+            port(names::VELOCITY, Quantity::Velocity, Direction::Out),
+            port(names::PRESSURE_GRADIENT, Quantity::PressureGradient, Direction::In),
+        ],
+        scalars,
+    }
+}
+
+fn readers<const D: usize>(case: &Case, structure: &Structure<D>) -> Result<Vec<Reader<D>>, ParticipantError> {
+    let bodies = &case.structure.as_ref().expect("a structure is made of a case that has one").bodies;
+    case.probes.iter().filter(|p| p.is_on_structure()).map(|probe| reader(probe, bodies, structure)).collect()
+}
+
+fn reader<const D: usize>(
+    probe: &Probe,
+    bodies: &[interfaces::case::resolved::Body],
+    structure: &Structure<D>,
+) -> Result<Reader<D>, ParticipantError> {
+    let body_of = |name: &str| {
+        let index = bodies.iter().position(|b| b.name == name).expect("a checked case names bodies that are there");
+        let first: usize = structure.setup().bodies[..index].iter().map(|b| b.positions.len()).sum();
+        (index, first)
+    };
+    match &probe.target {
+        ProbeTarget::StructurePoint { body, at } => {
+            let (index, first) = body_of(body);
+            let body = &structure.setup().bodies[index];
+            let at = Vector::from_column_slice(at);
+            let mut point = MaterialPoint::new(at, &body.positions, body.spacing())
+                .expect("a body of a checked case has particles");
+            point.weights.iter_mut().for_each(|(particle, _)| *particle += first);
+            Ok(match probe.quantity {
+                ProbeQuantity::Displacement => Reader::Displacement(point),
+                ProbeQuantity::Position => Reader::Position(point),
+                ProbeQuantity::Velocity => Reader::Velocity(point),
+                other => return Err(failed(format!("probe `{}`: a point of the structure has no {other:?}", probe.name))),
+            })
+        }
+        ProbeTarget::Body(name) => {
+            let (index, first) = body_of(name);
+            Ok(Reader::Force(first..first + structure.setup().bodies[index].positions.len()))
+        }
+        other => Err(failed(format!("probe `{}`: {other:?} is not on the structure", probe.name))),
+    }
+}

@@ -1,0 +1,151 @@
+//! From the case to the structure's setup and initial velocities.
+
+use super::failed;
+use crate::{Body, DeadLoad, Gradient, History, Law, Material, MaterialPoint, Plane, Setup, Side};
+use interfaces::ParticipantError;
+use interfaces::case::numerics::GradientOperator;
+use interfaces::case::resolved::{
+    self, Assumption, CantileverVelocity, ClampRegion, InitialVelocity, LoadTarget, MaterialLaw,
+};
+use interfaces::case::{AxisBox, Case, Face};
+use sph::Vector;
+use sph::lattice::Lattice;
+
+/// A setup, and the velocities (m/s) of all its particles at the start.
+pub struct Made<const D: usize> {
+    pub setup: Setup<D>,
+    pub velocities: Vec<Vector<D>>,
+}
+
+/// Tolerance of geometric comparisons, as a fraction of the spacing.
+const TOUCHING: f64 = 1e-6;
+
+/// The setup that the case describes.
+pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantError> {
+    let structure = case.structure.as_ref().ok_or_else(|| failed("the case has no structure"))?;
+    let material = material(&structure.material);
+    let (mut bodies, mut velocities) = (Vec::new(), Vec::new());
+    for part in &structure.bodies {
+        let (low, high) = corners::<D>(&part.bounds);
+        let mut body = Body::block(low, high, structure.particle_spacing, material, structure.material.density);
+        for clamp in structure.clamps.iter().filter(|c| c.body == part.name) {
+            match &clamp.region {
+                ClampRegion::Face { face, rows } => {
+                    body = body.with_fixed_rows(face.axis(), side(*face), *rows);
+                }
+                ClampRegion::Box { bounds } => {
+                    let tolerance = TOUCHING * body.spacing();
+                    for (position, clamped) in body.positions.iter().zip(&mut body.clamped) {
+                        *clamped |= bounds.contains(position.as_slice(), tolerance);
+                    }
+                }
+            }
+        }
+        for (position, clamped) in body.positions.iter().zip(&body.clamped) {
+            velocities.push(if *clamped { Vector::zeros() } else { velocity(&part.velocity, &part.bounds, position) });
+        }
+        bodies.push(body);
+    }
+    let mut setup = Setup::new(bodies);
+    setup.gravity = Vector::from_column_slice(&case.general.gravity);
+    setup.gradient = match structure.numerics.gradient {
+        GradientOperator::FirstOrder => Gradient::FirstOrder,
+    };
+    setup.smoothing_ratio = Some(structure.numerics.smoothing_ratio);
+    setup.damping = structure.numerics.damping;
+    setup.hourglass = structure.numerics.hourglass;
+    let mut first = 0;
+    for (part, body) in structure.bodies.iter().zip(&setup.bodies) {
+        for load in structure.loads.iter().filter(|l| l.body == part.name) {
+            setup.dead_loads.push(dead_load(load, part, body, first, structure.particle_spacing));
+        }
+        first += body.positions.len();
+    }
+    Ok(Made { setup, velocities })
+}
+
+fn material(from: &resolved::Material) -> Material {
+    Material {
+        law: match from.law {
+            MaterialLaw::AlmansiHooke => Law::AlmansiHooke,
+            MaterialLaw::SaintVenantKirchhoff => Law::StVenantKirchhoff,
+            MaterialLaw::NeoHookean => Law::NeoHookean,
+        },
+        plane: match from.assumption {
+            Assumption::PlaneStress => Plane::Stress,
+            Assumption::PlaneStrain | Assumption::ThreeDimensional => Plane::Strain,
+        },
+        youngs_modulus: from.youngs_modulus,
+        poissons_ratio: from.poisson_ratio,
+    }
+}
+
+fn corners<const D: usize>(bounds: &AxisBox) -> (Vector<D>, Vector<D>) {
+    (Vector::from_column_slice(&bounds.low), Vector::from_column_slice(&bounds.high))
+}
+
+fn side(face: Face) -> Side {
+    if face.sign() < 0.0 { Side::Low } else { Side::High }
+}
+
+fn velocity<const D: usize>(from: &InitialVelocity, bounds: &AxisBox, position: &Vector<D>) -> Vector<D> {
+    match from {
+        InitialVelocity::Uniform(velocity) => Vector::from_column_slice(velocity),
+        InitialVelocity::Mode(mode) => {
+            let from_clamp = (position[mode.clamped_face.axis()] - mode.clamped_face.coordinate(bounds)).abs();
+            let length = bounds.extent()[mode.clamped_face.axis()];
+            cantilever(mode, from_clamp, length)
+        }
+    }
+}
+
+/// Eqs. (51)–(52): the first bending mode at the distance `s` (m) from the clamp of a beam of `length` (m).
+fn cantilever<const D: usize>(mode: &CantileverVelocity, s: f64, length: f64) -> Vector<D> {
+    const KL: f64 = 1.875;
+    let f = |x: f64| {
+        (KL.cos() + KL.cosh()) * (x.cosh() - x.cos()) + (KL.sin() - KL.sinh()) * (x.sinh() - x.sin())
+    };
+    Vector::from_column_slice(&mode.tip_velocity) * (f(KL * s / length) / f(KL))
+}
+
+/// The load's force shared over the body's particles, so that force and moment are those of the load on its true face or point.
+fn dead_load<const D: usize>(
+    load: &resolved::Load,
+    part: &resolved::Body,
+    body: &Body<D>,
+    first: usize,
+    spacing: f64,
+) -> DeadLoad<D> {
+    let points: Vec<Vector<D>> = match &load.target {
+        LoadTarget::Point { at } => vec![Vector::from_column_slice(at)],
+        LoadTarget::Face { face } => {
+            let (mut low, mut high) = corners::<D>(&part.bounds);
+            let (axis, coordinate) = (face.axis(), face.coordinate(&part.bounds));
+            // One cell thick about the face: its cell centres lie on the face.
+            (low[axis], high[axis]) = (coordinate - 0.5 * spacing, coordinate + 0.5 * spacing);
+            Lattice::fill_box(low, high, spacing).positions
+        }
+        LoadTarget::Body {} => body.positions.clone(),
+    };
+    let mut shares = vec![0.0; body.positions.len()];
+    match &load.target {
+        LoadTarget::Body {} => {
+            let free: f64 = body.volumes.iter().zip(&body.clamped).filter(|(_, c)| !**c).map(|(v, _)| v).sum();
+            for ((share, volume), clamped) in shares.iter_mut().zip(&body.volumes).zip(&body.clamped) {
+                *share = if *clamped { 0.0 } else { volume / free };
+            }
+        }
+        LoadTarget::Point { .. } | LoadTarget::Face { .. } => {
+            for at in &points {
+                let point = MaterialPoint::new(*at, &body.positions, body.spacing())
+                    .expect("a body of a checked case has particles");
+                for (particle, weight) in point.weights {
+                    shares[particle] += weight / points.len() as f64;
+                }
+            }
+        }
+    }
+    let particles = shares.iter().enumerate().filter(|(_, s)| **s != 0.0).map(|(i, s)| (first + i, *s)).collect();
+    let history = History::through(load.ramp.iter().map(|[time, factor]| (*time, *factor)).collect());
+    DeadLoad { particles, force: Vector::from_column_slice(&load.force), history }
+}
