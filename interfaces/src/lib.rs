@@ -17,8 +17,13 @@
 pub mod case;
 pub mod fields;
 pub mod lifecycle;
+pub mod pairing;
 pub mod participant;
 pub mod port;
+pub mod protocol;
+pub mod remote;
+pub mod serve;
+pub mod transport;
 pub mod window;
 
 pub use case::Case;
@@ -28,4 +33,7 @@ pub use participant::{
     Description, Participant, ParticipantError, Readiness, Role, Scalar, ScalarKind, WindowReport,
 };
 pub use port::{Direction, Exchange, Port, Quantity};
+pub use remote::{Expectations, Listening, RemoteParticipant};
+pub use serve::{ServeError, serve, serve_over};
+pub use transport::{Address, Deadlines, Traffic, new_run, remove_stale};
 pub use window::{SubSteps, TimeWindow};

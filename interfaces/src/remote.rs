@@ -1,0 +1,321 @@
+//! The coupler's side of a participant in another process.
+
+use crate::protocol::{Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, Selection, VERSION, Welcome};
+use crate::transport::{Address, Alive, Connection, Deadlines, Message, Service, Traffic, ipc};
+use crate::{Description, Fields, Participant, ParticipantError, Readiness, TimeWindow, WindowReport};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// What the coupler knows of the case, for a participant to fit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Expectations {
+    /// Hash of the case.
+    pub case_hash: String,
+    /// Space dimension.
+    pub dimension: usize,
+}
+
+/// A coupler that a participant can find, before there is one.
+pub struct Listening<S: Service = ipc::Service> {
+    connection: Connection<S>,
+    address: Address,
+    expectations: Expectations,
+    deadlines: Deadlines,
+}
+
+/// A participant in another process. It asks that process and checks the form of what comes back; put it behind
+/// [`crate::Guarded`], as any other participant, for the order of calls and for fields that are not finite.
+///
+/// Dropped without [`Participant::terminate`], it tells the process that nothing more is wanted.
+pub struct RemoteParticipant<S: Service = ipc::Service> {
+    connection: Connection<S>,
+    description: Description,
+    deadlines: Deadlines,
+    sequence: u64,
+    window: Option<TimeWindow>,
+    ended: bool,
+}
+
+impl RemoteParticipant {
+    /// Creates what the participant connects to. Do this before its process is started.
+    pub fn listen(
+        address: &Address,
+        expectations: Expectations,
+        deadlines: Deadlines,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Listening, ParticipantError> {
+        Listening::over(address, expectations, deadlines, stop)
+    }
+}
+
+impl<S: Service> Listening<S> {
+    /// [`RemoteParticipant::listen`], over any of iceoryx2's services: tests use the one within a process.
+    pub fn over(
+        address: &Address,
+        expectations: Expectations,
+        deadlines: Deadlines,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Self, ParticipantError> {
+        let connection = Connection::create(address, Arc::clone(stop))?;
+        Ok(Self { connection, address: address.clone(), expectations, deadlines })
+    }
+
+    /// Waits for the participant and shakes hands. `alive` says how its process ended, where the caller started one; it is asked
+    /// about twenty times a second in this and all later waits.
+    pub fn wait_for_hello(mut self, alive: Alive) -> Result<RemoteParticipant<S>, ParticipantError> {
+        let during = || "while connecting".to_owned();
+        self.connection.watch(alive);
+        let message = self.connection.receive(self.deadlines.hello, during)?;
+        if message.kind() != Kind::Hello {
+            return Err(unexpected(&message, "`Hello`", during()));
+        }
+        match self.check(&message) {
+            Ok(description) => {
+                let Expectations { case_hash, dimension } = self.expectations;
+                let welcome = serde_json::to_string(&Welcome { case_hash, dimension })
+                    .expect("a string and a number have no value that JSON cannot hold");
+                drop(message);
+                let payload = Payload::text(welcome.as_bytes());
+                self.connection.send(MessageHeader::new(Kind::Welcome, 0), &payload, true, during)?;
+                Ok(RemoteParticipant {
+                    connection: self.connection,
+                    description,
+                    deadlines: self.deadlines,
+                    sequence: 0,
+                    window: None,
+                    ended: false,
+                })
+            }
+            Err(mismatches) => {
+                let lines = mismatches.join("\n");
+                let payload = Payload::text(lines.as_bytes());
+                // The mismatch is the error to report, whether or not the participant still hears of it.
+                let _ = self.connection.send(MessageHeader::new(Kind::Refused, 0), &payload, true, during);
+                // It hears of it for certain only while we are here; it answers with `Goodbye`.
+                let _ = self.connection.receive(self.deadlines.hello, during);
+                Err(ParticipantError::Mismatch(mismatches))
+            }
+        }
+    }
+
+    /// The participant's description, or every mismatch with both sides' values.
+    fn check(&self, message: &Message<S>) -> Result<Description, Vec<String>> {
+        let mut mismatches = Vec::new();
+        let mut compare = |what: &str, ours: &str, theirs: &str| {
+            if ours != theirs {
+                mismatches.push(format!("{what}: the coupler has {ours}, the participant has {theirs}"));
+            }
+        };
+        compare("protocol version", &VERSION.to_string(), &message.header().version.to_string());
+        let hello: Hello = match serde_json::from_slice(&message.text()) {
+            Ok(hello) => hello,
+            Err(error) => {
+                mismatches.push(format!("description: it cannot be read: {error}"));
+                return Err(mismatches);
+            }
+        };
+        let theirs = hello.description;
+        compare("role", &self.address.role.to_string(), &theirs.role.to_string());
+        compare("case hash", &self.expectations.case_hash, &hello.case_hash);
+        compare("dimension", &self.expectations.dimension.to_string(), &theirs.dimension.to_string());
+        if mismatches.is_empty() { Ok(theirs) } else { Err(mismatches) }
+    }
+}
+
+impl<S: Service> RemoteParticipant<S> {
+    /// What went through the connection so far, seen from here.
+    pub fn traffic(&self) -> Traffic {
+        self.connection.traffic()
+    }
+
+    /// Sends a request and returns its number.
+    fn request(
+        &mut self,
+        header: impl Fn(u64) -> MessageHeader,
+        payload: &Payload<'_>,
+        wake: bool,
+        during: impl Fn() -> String,
+    ) -> Result<(), ParticipantError> {
+        if self.ended {
+            return Err(ParticipantError::Protocol {
+                during: during(),
+                what: "the connection has ended".into(),
+            });
+        }
+        self.sequence += 1;
+        self.connection.send(header(self.sequence), payload, wake, during)
+    }
+
+    /// Waits for the answer to the last request.
+    fn answer(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<S>, ParticipantError> {
+        loop {
+            let message = self.connection.receive(self.deadlines.answer, &during)?;
+            let header = *message.header();
+            match message.kind() {
+                Kind::Failed => {
+                    let words = message.words();
+                    drop(message);
+                    self.goodbye();
+                    return Err(ParticipantError::Failed(words));
+                }
+                // Told to end while it solved, a participant still gives its solution first.
+                Kind::Solved if kind == Kind::Terminated && header.sequence < self.sequence => {}
+                found if found == kind && header.sequence == self.sequence => return Ok(message),
+                _ => {
+                    let expected = MessageHeader { window: 0, ..MessageHeader::new(kind, self.sequence) };
+                    return Err(unexpected(&message, &expected.name(), during()));
+                }
+            }
+        }
+    }
+
+    /// Ends the connection for the participant, whatever it does.
+    fn goodbye(&mut self) {
+        if !self.ended {
+            self.ended = true;
+            // Who is gone cannot be told; and nothing more is wanted of it.
+            let header = MessageHeader::new(Kind::Goodbye, self.sequence);
+            let _ = self.connection.send(header, &Payload::default(), true, String::new);
+        }
+    }
+}
+
+impl<S: Service> Participant for RemoteParticipant<S> {
+    fn describe(&self) -> &Description {
+        &self.description
+    }
+
+    fn initialize(
+        &mut self,
+        start: f64,
+        inputs: &Fields,
+        outputs: &mut Fields,
+    ) -> Result<Readiness, ParticipantError> {
+        let during = || "while initialising".to_owned();
+        let ports = inputs.ports().iter().chain(outputs.ports());
+        let points: Vec<f64> = ports.map(|port| port.points.unwrap_or(0) as f64).collect();
+        let payload = Payload { scalars: &points, fields: Some((inputs, Selection::All)), text: &[] };
+        let header =
+            |sequence| MessageHeader { time: start, ..MessageHeader::new(Kind::Initialize, sequence) };
+        self.request(header, &payload, true, during)?;
+        let message = self.answer(Kind::Ready, during)?;
+        let scalars = scalars(&message, &self.description, during)?;
+        let readiness = Readiness { window_limit: message.header().size, scalars };
+        read(&mut self.connection, &message, Selection::All, outputs, during)?;
+        Ok(readiness)
+    }
+
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+        let payload = Payload { fields: Some((inputs, Selection::EveryWindow)), ..Payload::default() };
+        let header = |sequence| MessageHeader::start(sequence, window);
+        self.request(header, &payload, true, || solving(window))?;
+        self.window = Some(*window);
+        Ok(())
+    }
+
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+        let Some(window) = self.window else {
+            let during = "while finishing a window".to_owned();
+            return Err(ParticipantError::Protocol { during, what: "no window was started".to_owned() });
+        };
+        let during = || solving(&window);
+        let message = self.answer(Kind::Solved, during)?;
+        let header = message.header();
+        if (header.window, header.iteration) != (window.index, window.iteration) {
+            let expected = MessageHeader {
+                window: window.index,
+                iteration: window.iteration,
+                ..MessageHeader::new(Kind::Solved, self.sequence)
+            };
+            return Err(unexpected(&message, &expected.name(), during()));
+        }
+        let report = header.window_report(&scalars(&message, &self.description, during)?);
+        read(&mut self.connection, &message, Selection::EveryWindow, outputs, during)?;
+        Ok(report)
+    }
+
+    /// Does not wait: what goes wrong in the other process is the answer to the next request. Without a snapshot to write, the
+    /// other process is not even woken, since the next request will do that.
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+        let (window, iteration) = self.window.take().map_or((0, 0), |w| (w.index, w.iteration));
+        let during = || format!("while accepting window {window}");
+        let header = |sequence| MessageHeader {
+            window,
+            iteration,
+            snapshot: snapshot.unwrap_or(NO_SNAPSHOT),
+            ..MessageHeader::new(Kind::Accept, sequence)
+        };
+        self.request(header, &Payload::default(), snapshot.is_some(), during)
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+        let during = || "while saving its state".to_owned();
+        self.request(|n| MessageHeader::new(Kind::Save, n), &Payload::default(), true, during)?;
+        Ok(self.answer(Kind::Saved, during)?.text())
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        let during = || "while restoring its state".to_owned();
+        self.request(|n| MessageHeader::new(Kind::Restore, n), &Payload::text(state), true, during)?;
+        self.answer(Kind::Restored, during).map(drop)
+    }
+
+    /// Ends the process in order. One whose connection has ended, since it failed, has nothing left to do.
+    fn terminate(&mut self) -> Result<(), ParticipantError> {
+        if self.ended {
+            return Ok(());
+        }
+        let during = || "while terminating".to_owned();
+        self.request(|n| MessageHeader::new(Kind::Terminate, n), &Payload::default(), true, during)?;
+        self.answer(Kind::Terminated, during)?;
+        self.goodbye();
+        Ok(())
+    }
+}
+
+impl<S: Service> Drop for RemoteParticipant<S> {
+    fn drop(&mut self) {
+        self.goodbye();
+    }
+}
+
+fn solving(window: &TimeWindow) -> String {
+    format!("while solving window {}, iteration {}", window.index, window.iteration)
+}
+
+fn unexpected<S: Service>(message: &Message<S>, expected: &str, during: String) -> ParticipantError {
+    ParticipantError::Protocol {
+        during,
+        what: format!("{} came where {expected} belongs", message.header().name()),
+    }
+}
+
+fn scalars<S: Service>(
+    message: &Message<S>,
+    description: &Description,
+    during: impl Fn() -> String,
+) -> Result<Vec<f64>, ParticipantError> {
+    let (found, expected) = (message.scalars().len(), description.scalars.len());
+    if found != expected {
+        let what = format!("{} has {found} scalars where {expected} are described", message.header().name());
+        return Err(ParticipantError::Protocol { during: during(), what });
+    }
+    Ok(message.scalars().to_vec())
+}
+
+fn read<S: Service>(
+    connection: &mut Connection<S>,
+    message: &Message<S>,
+    selection: Selection,
+    outputs: &mut Fields,
+    during: impl Fn() -> String,
+) -> Result<(), ParticipantError> {
+    let started = Instant::now();
+    selection.read(message.fields(), outputs).map_err(|what| ParticipantError::Protocol {
+        during: during(),
+        what: format!("in {}, {what}", message.header().name()),
+    })?;
+    connection.copied(started);
+    Ok(())
+}

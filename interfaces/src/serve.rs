@@ -1,0 +1,311 @@
+//! The participant's side: any participant, served to a coupler in another process.
+
+use crate::protocol::{Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, Selection, VERSION, Welcome};
+use crate::transport::{Address, Connection, Deadlines, Message, Service, ipc};
+use crate::{Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port};
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+use thiserror::Error;
+
+/// Why a participant's process ends otherwise than in order.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ServeError {
+    /// The participant failed, and the coupler was told.
+    #[error("{0}")]
+    Failed(String),
+    /// The handshake did not fit; one line a mismatch.
+    #[error("the coupler refused the handshake:\n  {}", .0.join("\n  "))]
+    Refused(Vec<String>),
+    /// The coupler is gone, silent, or breaks the protocol.
+    #[error("lost the coupler: {0}")]
+    Coupler(ParticipantError),
+    /// The coupler ended the run before its end.
+    #[error("the coupler ended the run early")]
+    Abandoned,
+}
+
+/// Serves the participant to the coupler at that address until it is terminated. Blocks for the whole run.
+///
+/// Errors and panics of the participant are told to the coupler and end the service. Nothing is printed.
+pub fn serve(
+    participant: &mut dyn Participant,
+    address: &Address,
+    case_hash: &str,
+    deadlines: Deadlines,
+    stop: &Arc<AtomicBool>,
+) -> Result<(), ServeError> {
+    serve_over::<ipc::Service>(participant, address, case_hash, deadlines, stop)
+}
+
+/// [`serve`], over any of iceoryx2's services: tests use the one within a process.
+pub fn serve_over<S: Service>(
+    participant: &mut dyn Participant,
+    address: &Address,
+    case_hash: &str,
+    deadlines: Deadlines,
+    stop: &Arc<AtomicBool>,
+) -> Result<(), ServeError> {
+    let mut connection =
+        Connection::<S>::open(address, deadlines.hello, Arc::clone(stop)).map_err(ServeError::Coupler)?;
+    let description = participant.describe().clone();
+    shake_hands(&mut connection, &description, case_hash, deadlines)?;
+    let mut session = Session {
+        participant,
+        life: Lifecycle::default(),
+        restored: false,
+        inputs: Fields::default(),
+        outputs: Fields::default(),
+        description,
+    };
+    let ended = session.run(&mut connection, deadlines);
+    if !matches!(ended, Ok(())) {
+        // The error that ended the session is the one to report; a participant that fails again on its way out adds nothing.
+        let _ = guarded(|| session.participant.terminate());
+    }
+    ended
+}
+
+fn shake_hands<S: Service>(
+    connection: &mut Connection<S>,
+    description: &Description,
+    case_hash: &str,
+    deadlines: Deadlines,
+) -> Result<(), ServeError> {
+    let during = || "while connecting".to_owned();
+    let hello = Hello { case_hash: case_hash.to_owned(), description: description.clone() };
+    let hello = serde_json::to_string(&hello).expect("a description has no value that JSON cannot hold");
+    connection
+        .send(MessageHeader::new(Kind::Hello, 0), &Payload::text(hello.as_bytes()), true, during)
+        .map_err(ServeError::Coupler)?;
+    let message = connection.receive(deadlines.hello, during).map_err(ServeError::Coupler)?;
+    let refused = |mismatches| Err(ServeError::Refused(mismatches));
+    match message.kind() {
+        Kind::Welcome => {
+            let mut mismatches = Vec::new();
+            let mut compare = |what: &str, coupler: &str, participant: &str| {
+                if coupler != participant {
+                    mismatches.push(format!(
+                        "{what}: the coupler has {coupler}, the participant has {participant}"
+                    ));
+                }
+            };
+            compare("protocol version", &message.header().version.to_string(), &VERSION.to_string());
+            match serde_json::from_slice::<Welcome>(&message.text()) {
+                Ok(welcome) => {
+                    compare("case hash", &welcome.case_hash, case_hash);
+                    compare("dimension", &welcome.dimension.to_string(), &description.dimension.to_string());
+                }
+                Err(error) => mismatches.push(format!("the coupler's welcome cannot be read: {error}")),
+            }
+            if mismatches.is_empty() { Ok(()) } else { refused(mismatches) }
+        }
+        Kind::Refused => {
+            let lines = message.words().lines().map(str::to_owned).collect();
+            drop(message);
+            // The coupler stays until it knows that we know.
+            let _ = connection.send(MessageHeader::new(Kind::Goodbye, 0), &Payload::default(), true, during);
+            refused(lines)
+        }
+        _ => Err(ServeError::Coupler(ParticipantError::Protocol {
+            during: during(),
+            what: format!("{} came where `Welcome` belongs", message.header().name()),
+        })),
+    }
+}
+
+/// A participant between its handshake and its end.
+struct Session<'a> {
+    participant: &'a mut dyn Participant,
+    description: Description,
+    life: Lifecycle,
+    /// Whether the state was restored and no window started since: the next window says how many were accepted.
+    restored: bool,
+    inputs: Fields,
+    outputs: Fields,
+}
+
+/// An answer, but for the fields, which are the session's outputs.
+struct Answer {
+    header: MessageHeader,
+    scalars: Vec<f64>,
+    fields: Option<Selection>,
+    text: Vec<u8>,
+}
+
+impl Answer {
+    fn of(header: MessageHeader) -> Self {
+        Self { header, scalars: Vec::new(), fields: None, text: Vec::new() }
+    }
+}
+
+impl Session<'_> {
+    fn run<S: Service>(
+        &mut self,
+        connection: &mut Connection<S>,
+        deadlines: Deadlines,
+    ) -> Result<(), ServeError> {
+        loop {
+            let accepted = self.life.accepted();
+            let during = || format!("while waiting for a request after {accepted} accepted windows");
+            let message = connection.receive(deadlines.request(), during).map_err(ServeError::Coupler)?;
+            let (kind, sequence) = (message.kind(), message.header().sequence);
+            if kind == Kind::Goodbye {
+                return Err(ServeError::Abandoned);
+            }
+            match guarded(|| self.answer(connection, message)) {
+                Ok(None) => {}
+                Ok(Some(answer)) => {
+                    let payload = Payload {
+                        scalars: &answer.scalars,
+                        fields: answer.fields.map(|selection| (&self.outputs, selection)),
+                        text: &answer.text,
+                    };
+                    let during = || format!("while answering {kind} {sequence}");
+                    connection.send(answer.header, &payload, true, during).map_err(ServeError::Coupler)?;
+                    if kind == Kind::Terminate {
+                        wait_for_goodbye(connection, deadlines);
+                        return Ok(());
+                    }
+                }
+                Err(error) => {
+                    let words = error.to_string();
+                    let header = MessageHeader::new(Kind::Failed, sequence);
+                    let during = || "while telling why it failed".to_owned();
+                    if connection.send(header, &Payload::text(words.as_bytes()), true, during).is_ok() {
+                        wait_for_goodbye(connection, deadlines);
+                    }
+                    return Err(ServeError::Failed(words));
+                }
+            }
+        }
+    }
+
+    /// Does what the message asks. An error is the participant's end.
+    fn answer<S: Service>(
+        &mut self,
+        connection: &mut Connection<S>,
+        message: Message<S>,
+    ) -> Result<Option<Answer>, ParticipantError> {
+        let request = *message.header();
+        match message.kind() {
+            Kind::Initialize => self.initialize(&message).map(Some),
+            Kind::Start => {
+                let started = Instant::now();
+                let window = request.time_window();
+                if std::mem::take(&mut self.restored) {
+                    self.life.restored(window.index);
+                }
+                self.life.check_window(&window)?;
+                Selection::EveryWindow
+                    .read(message.fields(), &mut self.inputs)
+                    .map_err(|what| wrong(&request, &what))?;
+                drop(message);
+                connection.copied(started);
+                self.inputs.check_finite()?;
+                self.participant.start(&window, &self.inputs)?;
+                self.life.done(Call::Start, Some(&window));
+                let report = self.participant.finish(&mut self.outputs)?;
+                self.outputs.check_finite()?;
+                self.life.done(Call::Finish, None);
+                Ok(Some(Answer {
+                    header: request.solved(&report),
+                    scalars: report.scalars,
+                    fields: Some(Selection::EveryWindow),
+                    text: Vec::new(),
+                }))
+            }
+            Kind::Accept => {
+                self.life.check(Call::Accept)?;
+                if request.window != self.life.accepted() {
+                    return Err(wrong(&request, &format!("window {} was solved", self.life.accepted())));
+                }
+                self.participant.accept((request.snapshot != NO_SNAPSHOT).then_some(request.snapshot))?;
+                self.life.done(Call::Accept, None);
+                Ok(None)
+            }
+            Kind::Save => {
+                self.life.check(Call::Save)?;
+                let text = self.participant.save()?;
+                self.life.done(Call::Save, None);
+                Ok(Some(Answer { text, ..Answer::of(MessageHeader::new(Kind::Saved, request.sequence)) }))
+            }
+            Kind::Restore => {
+                self.life.check(Call::Restore)?;
+                self.participant.restore(&message.text())?;
+                self.life.restored(0);
+                self.restored = true;
+                Ok(Some(Answer::of(MessageHeader::new(Kind::Restored, request.sequence))))
+            }
+            Kind::Terminate => {
+                self.life.check(Call::Terminate)?;
+                self.participant.terminate()?;
+                self.life.done(Call::Terminate, None);
+                Ok(Some(Answer::of(MessageHeader::new(Kind::Terminated, request.sequence))))
+            }
+            _ => Err(wrong(&request, "it is no request")),
+        }
+    }
+
+    fn initialize<S: Service>(&mut self, message: &Message<S>) -> Result<Answer, ParticipantError> {
+        self.life.check(Call::Initialize)?;
+        let request = *message.header();
+        let points = message.scalars();
+        let of = |direction| self.description.ports.iter().filter(move |p| p.direction == direction).cloned();
+        let ports: Vec<Port> = of(Direction::In).chain(of(Direction::Out)).collect();
+        if points.len() != ports.len() {
+            let what =
+                format!("it names the points of {} ports where {} are described", points.len(), ports.len());
+            return Err(wrong(&request, &what));
+        }
+        let mut resolved = Vec::with_capacity(ports.len());
+        for (port, &points) in ports.into_iter().zip(points) {
+            let count = points as usize;
+            if port.points.is_some_and(|own| own != count) || count as f64 != points {
+                let own = port.points.unwrap_or(0);
+                let what = format!("it names {points} points for port `{}`, which has {own}", port.name);
+                return Err(wrong(&request, &what));
+            }
+            resolved.push(Port { points: Some(count), ..port });
+        }
+        self.inputs = Fields::new(&resolved, Direction::In, 0);
+        self.outputs = Fields::new(&resolved, Direction::Out, 0);
+        Selection::All.read(message.fields(), &mut self.inputs).map_err(|what| wrong(&request, &what))?;
+        self.inputs.check_finite()?;
+        let readiness = self.participant.initialize(request.time, &self.inputs, &mut self.outputs)?;
+        self.outputs.check_finite()?;
+        self.life.done(Call::Initialize, None);
+        Ok(Answer {
+            header: request.ready(&readiness),
+            scalars: readiness.scalars,
+            fields: Some(Selection::All),
+            text: Vec::new(),
+        })
+    }
+}
+
+/// Stays until the coupler has our last message: connections form when the receiver looks, and what a sender that is gone had sent
+/// before is lost. Messages that were under way are ignored; a coupler that is gone wants no answer.
+fn wait_for_goodbye<S: Service>(connection: &mut Connection<S>, deadlines: Deadlines) {
+    let during = || "while leaving".to_owned();
+    while connection.receive(deadlines.request(), during).is_ok_and(|message| message.kind() != Kind::Goodbye)
+    {
+    }
+}
+
+fn wrong(request: &MessageHeader, what: &str) -> ParticipantError {
+    ParticipantError::Protocol { during: format!("with {}", request.name()), what: what.to_owned() }
+}
+
+/// Makes a panic of the participant an error with its text.
+fn guarded<T>(call: impl FnOnce() -> Result<T, ParticipantError>) -> Result<T, ParticipantError> {
+    catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| Err(ParticipantError::Failed(told(&*panic))))
+}
+
+fn told(panic: &(dyn Any + Send)) -> String {
+    let text =
+        panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    format!("it panicked: {}", text.unwrap_or("no text was given"))
+}

@@ -1,0 +1,124 @@
+//! Where the two sides of a connection meet.
+
+use crate::Role;
+use iceoryx2::prelude::{Config, FileName, Path, SemanticString};
+use std::fmt;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The domain of all runs that do not ask for another.
+const DOMAIN: &str = "meniscus";
+
+/// Where a participant finds its coupler. A process is given it on its command line, as [`Address::connect`] writes it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Address {
+    /// Prefix of everything in shared memory. Dead nodes are found and removed within a domain; tests have their own.
+    pub domain: String,
+    /// The run, unique among those that run at the same time.
+    pub run: String,
+    /// The participant's role in it.
+    pub role: Role,
+}
+
+/// A name for a run that no other has: time and process in it.
+pub fn new_run() -> String {
+    static RUNS: AtomicU64 = AtomicU64::new(0);
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_micros());
+    format!("{now:x}-{}-{}", std::process::id(), RUNS.fetch_add(1, Ordering::Relaxed))
+}
+
+impl Address {
+    /// The address of a participant of this run in the usual domain.
+    pub fn new(run: impl Into<String>, role: Role) -> Self {
+        Self { domain: DOMAIN.to_owned(), run: run.into(), role }
+    }
+
+    /// The same in another domain: lower-case letters, digits, `-` and `_`.
+    pub fn in_domain(self, domain: impl Into<String>) -> Self {
+        Self { domain: domain.into(), ..self }
+    }
+
+    /// The address that a command line names: `<run>`, or `<domain>/<run>`.
+    pub fn parse(connect: &str, role: Role) -> Self {
+        match connect.split_once('/') {
+            Some((domain, run)) => Self::new(run, role).in_domain(domain),
+            None => Self::new(connect, role),
+        }
+    }
+
+    /// What [`Address::parse`] reads.
+    pub fn connect(&self) -> String {
+        if self.domain == DOMAIN { self.run.clone() } else { format!("{}/{}", self.domain, self.run) }
+    }
+
+    /// Name of the services that carry messages to the participant.
+    pub fn to_participant(&self) -> String {
+        format!("meniscus/{}/{}/to-participant", self.run, self.role)
+    }
+
+    /// Name of the services that carry messages to the coupler.
+    pub fn to_coupler(&self) -> String {
+        format!("meniscus/{}/{}/to-coupler", self.run, self.role)
+    }
+
+    /// The folder of the domain's files that are not in shared memory. Users have their own, since the first to create it owns it.
+    pub fn root(&self) -> String {
+        format!("/tmp/{}-{}", self.domain, rustix::process::geteuid().as_raw())
+    }
+
+    /// The prefix of the domain's entries in shared memory, and of its files under [`Address::root`].
+    pub fn prefix(&self) -> String {
+        format!("{}_", self.domain)
+    }
+
+    /// The library's settings, whole, so that no file in a working or home directory changes them.
+    pub(super) fn config(&self) -> Result<Config, String> {
+        let sound = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
+        if self.domain.is_empty() || self.domain.len() > 32 || !self.domain.chars().all(sound) {
+            return Err(format!(
+                "`{}` is no domain: 1 to 32 lower-case letters, digits, `-` and `_`",
+                self.domain
+            ));
+        }
+        let mut config = Config::default();
+        config.global.prefix = FileName::new(self.prefix().as_bytes())
+            .map_err(|e| format!("prefix {}: {e:?}", self.prefix()))?;
+        let root = Path::new(self.root().as_bytes()).map_err(|e| format!("folder {}: {e:?}", self.root()))?;
+        config.global.set_root_path(&root);
+        Ok(config)
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "the {} of run {}", self.role, self.connect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_address_survives_the_command_line() {
+        for address in [
+            Address::new("5f-1-0", Role::Fluid),
+            Address::new("5f-1-0", Role::Structure).in_domain("meniscus-test"),
+        ] {
+            assert_eq!(Address::parse(&address.connect(), address.role), address);
+        }
+        assert_eq!(Address::new("5f", Role::Fluid).connect(), "5f");
+    }
+
+    #[test]
+    fn runs_have_their_own_names() {
+        assert_ne!(new_run(), new_run());
+    }
+
+    #[test]
+    fn a_domain_that_would_escape_its_folder_is_refused() {
+        for domain in ["", "../tmp", "a/b", "Gate", "an_unreasonably_long_name_of_a_domain"] {
+            assert!(Address::new("run", Role::Fluid).in_domain(domain).config().is_err(), "{domain}");
+        }
+    }
+}
