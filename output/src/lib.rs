@@ -8,12 +8,15 @@
 //! | `probes.csv` | [`Table`] | `t`, then `<probe>.<component>` |
 //! | `summary.json` | [`Summary`] | how the run ended, what it took, what was kept in balance |
 //!
+//! [`write_report`] makes `report.html` and `frames/*.png` of them; [`report`] says which names it looks for.
+//!
 //! A run can be killed at any moment: snapshots, collections and the summary are written aside and renamed
 //! ([`atomic`]), tables grow by whole rows.
 
 pub mod atomic;
 mod error;
 pub mod pvd;
+pub mod report;
 pub mod summary;
 pub mod table;
 pub mod vtu;
@@ -21,6 +24,7 @@ mod xml;
 
 pub use error::{Error, Result};
 pub use pvd::Series;
+pub use report::write_report;
 pub use summary::Summary;
 pub use table::Table;
 pub use vtu::{ParticleFrame, PointArray, Values};
