@@ -10,6 +10,14 @@
 //!
 //! [`write_report`] makes `report.html` and `frames/*.png` of them; [`report`] says which names it looks for.
 //!
+//! Start reading at [`vtu`] for snapshots, [`table`] and [`summary`] for numbers, [`report`] for the page.
+//!
+//! | notation | meaning |
+//! |---|---|
+//! | particle arrays | flat, `components` values a particle, particle after particle |
+//! | `<owner>.<quantity>` | column of a table: `tip.ux`, `fluid.kinetic_energy` |
+//! | units | SI throughout; in two dimensions masses, forces and energies are those of one metre of depth |
+//!
 //! A run can be killed at any moment: snapshots, collections and the summary are written aside and renamed
 //! ([`atomic`]), tables grow by whole rows.
 

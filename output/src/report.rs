@@ -42,7 +42,7 @@ use crate::summary::Summary;
 use crate::table::{self, Columns};
 use std::path::{Path, PathBuf};
 
-/// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png` from what a run left in `dir`, and returns
+/// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png` and `dir/frames/structure.png` from what a run left in `dir`, and returns
 /// the report's path. Works on finished, killed and still running runs.
 ///
 /// # Errors

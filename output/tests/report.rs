@@ -225,6 +225,17 @@ fn assert_balanced(html: &str) {
 }
 
 #[test]
+fn snapshots_and_collections_are_well_formed() {
+    let dir = fresh("well_formed");
+    write_structure(&dir, 2);
+    assert_balanced(&fs::read_to_string(dir.join("structure.pvd")).unwrap());
+    let snapshot = fs::read_to_string(dir.join("structure/structure_000001.vtu")).unwrap();
+    assert_balanced(&snapshot);
+    let appended = snapshot.split_once("\n_").unwrap().1.split_once('\n').unwrap().0;
+    assert!(appended.bytes().all(|b| b.is_ascii_alphanumeric() || b"+/=".contains(&b)));
+}
+
+#[test]
 fn the_report_has_every_figure_and_stands_alone() {
     let dir = fresh("report");
     write_case(&dir);
@@ -264,14 +275,14 @@ fn the_report_has_every_figure_and_stands_alone() {
         !html.contains("http://") || html.matches("http://").count() == html.matches("www.w3.org").count()
     );
     assert!(!html.contains("<script") && !html.contains("src=\"frames"));
-    assert_eq!(html.matches("data:image/png;base64,").count(), 8);
+    assert_eq!(html.matches("data:image/png;base64,").count(), 9);
     assert!(!html.contains("class=\"notes\""), "nothing to complain about");
 
     let mut pictures: Vec<_> =
         fs::read_dir(dir.join("frames")).unwrap().map(|e| e.unwrap().file_name()).collect();
     pictures.sort();
-    assert_eq!(pictures.len(), 9);
-    assert_eq!((&pictures[0], &pictures[7]), (&"t0.0000.png".into(), &"t0.4000.png".into()));
+    assert_eq!(pictures.len(), 10);
+    assert_eq!((&pictures[0], &pictures[8]), (&"structure.png".into(), &"t0.4000.png".into()));
     let (drawn, all) = drawn_pixels(&dir.join("frames/t0.0000.png"));
     // Water and gate fill more than a tenth of any picture here, and never all of it.
     assert!(drawn > all / 10 && drawn < all, "{drawn} of {all}");

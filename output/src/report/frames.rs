@@ -15,7 +15,7 @@ const COUNT: usize = 8;
 
 /// A picture as it was written to `frames/`.
 pub(crate) struct FramePicture {
-    pub time: f64,
+    pub caption: String,
     pub file: PathBuf,
     pub png: Vec<u8>,
 }
@@ -28,7 +28,7 @@ struct Moment {
     structure: Option<Frame>,
 }
 
-/// Draws about [`COUNT`] pictures evenly over the run and writes them to `dir/frames/`; none if the run left no
+/// Draws about [`COUNT`] pictures evenly over the run, and one of the structure alone where it is small, and writes them to `dir/frames/`; none if the run left no
 /// snapshots. Pictures of an earlier report there are replaced.
 pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
     let series = |name: &str| {
@@ -64,8 +64,7 @@ pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
 
     let folder = dir.join("frames");
     prepare(&folder)?;
-    let mut pictures = Vec::new();
-    for moment in &moments {
+    let layers = |moment: &Moment| {
         let mut layers = Vec::new();
         if let Some(frame) = &moment.walls {
             layers.push(layer(frame, None, WALL, spacings[0]));
@@ -76,12 +75,42 @@ pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
         if let Some(frame) = &moment.structure {
             layers.push(layer(frame, von_mises(frame).zip(stress_bar.clone()), PLAIN_STRUCTURE, spacings[2]));
         }
-        let png = picture::draw(moment.time, &view, &layers).png();
-        let file = folder.join(format!("t{:.4}.png", moment.time));
+        layers
+    };
+    let save = |name: String, caption: String, moment: &Moment, view: &View| -> Result<FramePicture> {
+        let png = picture::draw(moment.time, view, &layers(moment)).png();
+        let file = folder.join(name);
         atomic::write_file(&file, &png)?;
-        pictures.push(FramePicture { time: moment.time, file, png });
+        Ok(FramePicture { caption, file, png })
+    };
+    let mut pictures = Vec::new();
+    for moment in &moments {
+        let caption = format!("{} s", scale::short(moment.time));
+        pictures.push(save(format!("t{:.4}.png", moment.time), caption, moment, &view)?);
+    }
+    if let Some((moment, near)) = close_up(&moments, &view, spacings[2]) {
+        let caption =
+            format!("The structure at {} s, where its stress is largest", scale::short(moment.time));
+        pictures.push(save(CLOSE_UP.to_owned(), caption, moment, &near)?);
     }
     Ok(pictures)
+}
+
+/// File of the structure's picture, as the paper's Fig. 18.
+const CLOSE_UP: &str = "structure.png";
+
+/// The moment of largest stress among those drawn, and the structure's surroundings then; `None` without stress,
+/// or if the other pictures show the structure as large already.
+fn close_up<'a>(moments: &'a [Moment], whole: &View, spacing: f64) -> Option<(&'a Moment, View)> {
+    let stress = |moment: &Moment| quantile(von_mises(moment.structure.as_ref()?)?, 0.995);
+    let (moment, _) = moments
+        .iter()
+        .filter_map(|moment| Some((moment, stress(moment)?)))
+        .max_by(|(_, a), (_, b)| a.total_cmp(b))?;
+    let alone = Moment { time: moment.time, walls: None, fluid: None, structure: moment.structure.clone() };
+    let near = view(std::slice::from_ref(&alone), spacing);
+    let size = |view: &View| (view.x.1 - view.x.0).max(view.y.1 - view.y.0);
+    (size(&near) < 0.7 * size(whole)).then_some((moment, near))
 }
 
 const WALL: [u8; 3] = [150, 154, 160];
@@ -107,7 +136,7 @@ fn prepare(folder: &Path) -> Result<()> {
         let path = entry.map_err(read_error(folder))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let time = name.strip_prefix('t').and_then(|rest| rest.strip_suffix(".png"));
-        if time.is_some_and(|text| text.parse::<f64>().is_ok()) {
+        if name == CLOSE_UP || time.is_some_and(|text| text.parse::<f64>().is_ok()) {
             fs::remove_file(&path).map_err(write_error(&path))?;
         }
     }

@@ -191,11 +191,11 @@ fn frames(text: &mut String, frames: &[FramePicture]) {
     }
     text.push_str("<h2>Pressure in the fluid and stress in the structure</h2>\n<div class=\"figures\">\n");
     for frame in frames {
-        let time = short(frame.time);
+        let caption = escape(&frame.caption);
         let _ = writeln!(
             text,
-            "<figure>\n<img alt=\"particles at {time} s\" src=\"data:image/png;base64,{}\">\n\
-             <figcaption>{time} s (frames/{})</figcaption>\n</figure>",
+            "<figure>\n<img alt=\"particles: {caption}\" src=\"data:image/png;base64,{}\">\n\
+             <figcaption>{caption} (frames/{})</figcaption>\n</figure>",
             BASE64.encode(&frame.png),
             escape(&frame.file.file_name().unwrap_or_default().to_string_lossy())
         );

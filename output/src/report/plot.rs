@@ -57,6 +57,10 @@ pub(crate) fn svg(plot: &Plot) -> Option<String> {
             .filter(|(t, v)| t.is_finite() && drawable(**v))
     };
     let (first, last) = extent(curve_points().map(|(&t, _)| t))?;
+    let x_ticks = scale::linear(first, last, 5);
+    // A run that ends a window before a round time is drawn up to the round time.
+    let near = |end: f64, tick: f64| if (end - tick).abs() < 0.02 * (last - first) { tick } else { end };
+    let (first, last) = (near(first, x_ticks.low), near(last, x_ticks.high));
     let within = |mark: &&Mark| mark.time >= first && mark.time <= last && drawable(mark.value);
     let mark_values = plot
         .marks
@@ -73,7 +77,6 @@ pub(crate) fn svg(plot: &Plot) -> Option<String> {
     } else {
         scale::linear(min * factor, max * factor, 5)
     };
-    let x_ticks = scale::linear(first, last, 5);
 
     let legend = legend(plot);
     let widest = y_ticks.labels.iter().map(|(_, label)| label.chars().count()).max().unwrap_or(0);
@@ -103,7 +106,9 @@ pub(crate) fn svg(plot: &Plot) -> Option<String> {
     text.push_str(&legend.svg);
     axes(&mut text, &area, &x_ticks, &y_ticks);
     for (index, curve) in plot.curves.iter().enumerate() {
-        draw_curve(&mut text, &area, index, curve, &unit);
+        // The first of two curves is broad, so that it shows below the other where they are one.
+        let broad = if index == 0 && plot.curves.len() == 2 { " broad" } else { "" };
+        draw_curve(&mut text, &area, &format!("curve c{}{broad}", index % COLOURS), curve, &unit);
     }
     for (index, marks) in plot.marks.iter().enumerate() {
         for mark in marks.points.iter().filter(within) {
@@ -189,7 +194,7 @@ fn axes(text: &mut String, area: &Area, x_ticks: &Ticks, y_ticks: &Ticks) {
     );
 }
 
-fn draw_curve(text: &mut String, area: &Area, index: usize, curve: &Curve, unit: &str) {
+fn draw_curve(text: &mut String, area: &Area, class: &str, curve: &Curve, unit: &str) {
     let points: Vec<Option<(f64, f64)>> =
         curve.times.iter().zip(&curve.values).map(|(&time, &value)| area.point(time, value)).collect();
     let mut path = String::new();
@@ -204,11 +209,7 @@ fn draw_curve(text: &mut String, area: &Area, index: usize, curve: &Curve, unit:
         }
     }
     let label = escape(&curve.label);
-    let _ = writeln!(
-        text,
-        "<path class=\"curve c{}\" d=\"{path}\"><title>{label}</title></path>",
-        index % COLOURS
-    );
+    let _ = writeln!(text, "<path class=\"{class}\" d=\"{path}\"><title>{label}</title></path>");
     // Transparent discs that tell the value under the pointer; more than these would overlap.
     const HOVER_POINTS: usize = 60;
     let stride = points.len().div_ceil(HOVER_POINTS).max(1);

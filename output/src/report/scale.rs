@@ -78,7 +78,7 @@ pub(crate) fn short(value: f64) -> String {
         "0".to_owned()
     } else if !value.is_finite() {
         "not a number".to_owned()
-    } else if (1e-3..1e5).contains(&magnitude) {
+    } else if (1e-4..1e5).contains(&magnitude) {
         let decimals = (3 - magnitude.log10().floor() as i32).max(0) as usize;
         let text = format!("{value:.decimals$}");
         let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
