@@ -266,7 +266,8 @@ fn bar(
     let high = quantile(values.clone(), 0.995)?.max(0.0);
     let low = quantile(values, 0.005)?;
     let low = if low < -0.05 * high { low } else { 0.0 };
-    let ticks = scale::linear(low, high, 5);
+    // All zero, as a stress at the start: any bar from zero will do.
+    let ticks = scale::linear(low, if high > low { high } else { low + 1.0 }, 5);
     Some(Bar { label: label.to_owned(), unit, map, low: ticks.low, high: ticks.high })
 }
 

@@ -84,15 +84,24 @@ fn draw_layer(image: &mut Image, layer: &Layer, view: &View, plot: Rectangle, sc
     // A disc of the area of a square of side Δx has the radius 0.56 Δx; with 0.6 Δx a lattice shows no pattern of
     // gaps, and a hole of one particle still shows. Below 0.8 pixels a disc would fade away.
     let radius = (0.6 * layer.spacing * scale).max(0.8);
-    for (index, &(x, y)) in layer.points.iter().enumerate() {
-        let colour = match &layer.paint {
-            Paint::Plain(colour) => *colour,
-            Paint::Values(values, bar) => {
-                colours::colour(bar.map, (values[index] - bar.low) / (bar.high - bar.low))
-            }
-        };
-        let place = (plot.left as f64 + (x - view.x.0) * scale, plot.bottom as f64 - (y - view.y.0) * scale);
-        image.disc(place, radius, colour, plot);
+    let place = |index: usize| {
+        let (x, y) = layer.points[index];
+        (plot.left as f64 + (x - view.x.0) * scale, plot.bottom as f64 - (y - view.y.0) * scale)
+    };
+    let (values, bar) = match &layer.paint {
+        Paint::Values(values, bar) => (values, bar),
+        Paint::Plain(colour) => {
+            (0..layer.points.len()).for_each(|index| image.disc(place(index), radius, *colour, plot));
+            return;
+        }
+    };
+    for (index, value) in values.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
+        let colour = colours::colour(bar.map, (value - bar.low) / (bar.high - bar.low));
+        image.disc(place(index), radius, colour, plot);
+    }
+    // What is no number is drawn last and never small: it must be seen.
+    for (index, _) in values.iter().enumerate().filter(|(_, value)| value.is_nan()) {
+        image.disc(place(index), radius.max(3.0), colours::BROKEN, plot);
     }
 }
 
@@ -141,5 +150,23 @@ fn draw_bar(image: &mut Image, bar: &Bar, left: usize, right: usize, top: usize)
         let half = text_width(&label, 2) / 2;
         let last_left = image.width.saturating_sub(2 * half + 2);
         image.text(&label, x.saturating_sub(half).min(last_left), area.bottom + 9, 2, INK);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_seen() {
+        let bar = Bar { label: "p".to_owned(), unit: "Pa", map: colours::VIRIDIS, low: 0.0, high: 1.0 };
+        let points = (0..900).map(|i| (f64::from(i % 30), f64::from(i / 30))).collect();
+        let mut values = vec![0.5; 900];
+        values[450] = f64::NAN;
+        let layer = Layer { points, paint: Paint::Values(values, bar), spacing: 1.0 };
+        let image = draw(0.0, &View { x: (-1.0, 30.0), y: (-1.0, 30.0) }, &[layer]);
+        let broken = image.pixels.as_chunks::<3>().0.iter().filter(|p| **p == colours::BROKEN).count();
+        // Radius 0.6 of 18 pixels a metre: 368 pixels, less the soft edge.
+        assert!((250..368).contains(&broken), "{broken}");
     }
 }

@@ -71,7 +71,7 @@ pub(crate) fn svg(plot: &Plot) -> Option<String> {
     let (min, max) = extent(curve_points().map(|(_, &v)| v).chain(mark_values))?;
 
     let magnitude = if plot.logarithmic { 0.0 } else { min.abs().max(max.abs()) };
-    let (factor, unit) = scale::prefixed(plot.unit, magnitude);
+    let (factor, unit) = axis_unit(plot.unit, magnitude);
     let y_ticks = if plot.logarithmic {
         scale::logarithmic(min * factor, max * factor, 8)
     } else {
@@ -117,6 +117,17 @@ pub(crate) fn svg(plot: &Plot) -> Option<String> {
     }
     text.push_str("</svg>\n");
     Some(text)
+}
+
+/// As [`scale::prefixed`]; a power of ten where there is no prefix and tick labels would get long.
+fn axis_unit(unit: &str, magnitude: f64) -> (f64, String) {
+    let (factor, prefixed) = scale::prefixed(unit, magnitude);
+    let magnitude = magnitude * factor;
+    if magnitude == 0.0 || (1e-3..1e5).contains(&magnitude) {
+        return (factor, prefixed);
+    }
+    let power = magnitude.log10().floor() as i32;
+    (factor * 10f64.powi(-power), format!("{} {prefixed}", scale::power_of_ten(power)).trim_end().to_owned())
 }
 
 fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
@@ -357,6 +368,13 @@ mod tests {
         // Zero has no place on a logarithmic axis.
         let log = Plot { logarithmic: true, curves: vec![line(&[0.0, 1e-3, 1e-16])], ..Plot::default() };
         assert!(!svg(&log).unwrap().contains("inf"));
+    }
+
+    #[test]
+    fn long_labels_become_a_power_of_ten() {
+        assert_eq!(axis_unit("N·m", 3.2e-9), (1e9, "10⁻⁹ N·m".to_owned()));
+        assert_eq!(axis_unit("", 4e-3), (1.0, String::new()));
+        assert_eq!(axis_unit("m", 3e-5).1, "µm");
     }
 
     #[test]

@@ -49,7 +49,8 @@ pub(crate) fn logarithmic(min: f64, max: f64, count: usize) -> Ticks {
     Ticks { low: 10f64.powi(first), high: 10f64.powi(last), labels }
 }
 
-fn power_of_ten(power: i32) -> String {
+/// `10` with its raised power.
+pub(crate) fn power_of_ten(power: i32) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
     let digits = power.unsigned_abs().to_string();
     let raised: String = digits.bytes().map(|digit| RAISED[usize::from(digit - b'0')]).collect();
