@@ -8,12 +8,23 @@
 //! | `probes.csv` | [`Table`] | `t`, then `<probe>.<component>` |
 //! | `summary.json` | [`Summary`] | how the run ended, what it took, what was kept in balance |
 //!
+//! [`write_report`] makes `report.html` and `frames/*.png` of them; [`report`] says which names it looks for.
+//!
+//! Start reading at [`vtu`] for snapshots, [`table`] and [`summary`] for numbers, [`report`] for the page.
+//!
+//! | notation | meaning |
+//! |---|---|
+//! | particle arrays | flat, `components` values a particle, particle after particle |
+//! | `<owner>.<quantity>` | column of a table: `tip.ux`, `fluid.kinetic_energy` |
+//! | units | SI throughout; in two dimensions masses, forces and energies are those of one metre of depth |
+//!
 //! A run can be killed at any moment: snapshots, collections and the summary are written aside and renamed
 //! ([`atomic`]), tables grow by whole rows.
 
 pub mod atomic;
 mod error;
 pub mod pvd;
+pub mod report;
 pub mod summary;
 pub mod table;
 pub mod vtu;
@@ -21,6 +32,7 @@ mod xml;
 
 pub use error::{Error, Result};
 pub use pvd::Series;
+pub use report::write_report;
 pub use summary::Summary;
 pub use table::Table;
 pub use vtu::{ParticleFrame, PointArray, Values};

@@ -1,0 +1,106 @@
+//! `report.html` from the folder of a run: one file with everything in it, that opens without a network.
+//!
+//! # What it looks for
+//!
+//! Whatever is not there leaves its part of the page out; what is there but cannot be read is named on the page.
+//!
+//! | file | what is used |
+//! |---|---|
+//! | `summary.json` | everything in [`crate::Summary`] |
+//! | `case.toml` | `title` (or `name`, also below `[case]`); `[[reference]]` tables: `probe` (a column of `probes.csv`), `label`, `source`, `time`, `value`, and `low`, `high` where a range is known; lists of one length, SI units |
+//! | `probes.csv` | `t` or `time`; every other column `<probe>.<component>` is drawn |
+//! | `windows.csv` | `time` or `t`; see below |
+//! | `fluid.pvd` | positions, `pressure` |
+//! | `structure.pvd` | positions, `von_mises_stress` or `von_mises`, or `stress` of 4 (xx, yy, xy, zz), 6 (xx, yy, zz, xy, yz, xz) or 9 components |
+//! | `walls.pvd` | positions, drawn grey |
+//!
+//! | columns of `windows.csv` | figure |
+//! |---|---|
+//! | names with `residual_before` or `residual_after` | residual of condition (46), logarithmic |
+//! | names ending in `iterations` | iterations |
+//! | `….force…`, `….impulse…`, `….work…` | force, impulse and work at the interface |
+//! | `<side>.<kind>_energy` (kinds `kinetic`, `potential`, `strain`, …; `total` or `mechanical` if given, else their sum), `total_energy` | energy of each side and of the whole, as the paper's Figs. 11 and 20 |
+//! | `size` or `dt`, `sub_steps`, `….volume_drift`, other names ending in `residual` | course of the run |
+//!
+//! A column's unit follows from the part of its name after the last dot (`ux` is in m, `vx` in m/s, `p` and
+//! `pressure` in Pa, `fx` and `force…` in N, `…energy` in J); a name not known there is drawn without a unit.
+
+mod colours;
+mod figures;
+mod frames;
+mod image;
+mod letters;
+mod page;
+mod picture;
+mod plot;
+mod references;
+mod scale;
+
+use crate::atomic;
+use crate::error::{Error, Result};
+use crate::summary::Summary;
+use crate::table::{self, Columns};
+use std::path::{Path, PathBuf};
+
+/// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png` and `dir/frames/structure.png` from what a run left in `dir`, and returns
+/// the report's path. Works on finished, killed and still running runs.
+///
+/// # Errors
+/// [`Error::NoRun`] if nothing of a run is there, [`Error::Write`] if the report cannot be written. Files that
+/// cannot be read are no error: the page names them.
+pub fn write_report(dir: &Path) -> Result<PathBuf> {
+    const PARTS: [&str; 5] = ["summary.json", "windows.csv", "probes.csv", "fluid.pvd", "structure.pvd"];
+    if !PARTS.iter().any(|name| dir.join(name).exists()) {
+        return Err(Error::NoRun { path: dir.to_owned() });
+    }
+    let mut notes = Vec::new();
+    let summary = part(dir, "summary.json", Summary::read, &mut notes);
+    let case = part(dir, "case.toml", references::read_case, &mut notes).unwrap_or_default();
+    let probes = part(dir, "probes.csv", table::read, &mut notes).unwrap_or_default();
+    let windows: Columns = part(dir, "windows.csv", table::read, &mut notes).unwrap_or_default();
+    if summary.is_none() && !dir.join("summary.json").exists() {
+        notes.push("The run has left no summary.json: it was killed, or is still going on.".to_owned());
+    }
+    for reference in case.references.iter().filter(|r| probes.get(&r.probe).is_none()) {
+        notes.push(format!(
+            "The reference `{}` is for `{}`, which is no column of probes.csv.",
+            reference.label, reference.probe
+        ));
+    }
+    let frames = match frames::draw_frames(dir) {
+        Err(error @ Error::Write { .. }) => return Err(error),
+        Err(error) => {
+            notes.push(error.to_string());
+            Vec::new()
+        }
+        Ok(frames) => frames,
+    };
+    let title = [summary.as_ref().map(|s| s.title.clone()), case.title.clone()]
+        .into_iter()
+        .flatten()
+        .find(|title| !title.is_empty())
+        .unwrap_or_else(|| dir.file_name().unwrap_or(dir.as_os_str()).to_string_lossy().into_owned());
+    let page = page::Page {
+        title,
+        summary,
+        probes: figures::probes(&probes, &case.references),
+        comparisons: figures::comparisons(&probes, &case.references),
+        frames,
+        coupling: figures::coupling(&windows),
+        energy: figures::energy(&windows),
+        progress: figures::progress(&windows),
+        notes,
+    };
+    let path = dir.join("report.html");
+    atomic::write_file(&path, page::html(&page).as_bytes())?;
+    Ok(path)
+}
+
+/// What `read` makes of a file of the folder; `None` if it is not there or, with a note, cannot be read.
+fn part<T>(dir: &Path, name: &str, read: impl Fn(&Path) -> Result<T>, notes: &mut Vec<String>) -> Option<T> {
+    let path = dir.join(name);
+    if !path.exists() {
+        return None;
+    }
+    read(&path).map_err(|error| notes.push(error.to_string())).ok()
+}

@@ -1,0 +1,393 @@
+//! Which columns of a run's tables become which figure. A figure whose columns are not there is left out.
+
+use super::plot::{self, Curve, Mark, Marks, Plot};
+use super::references::Reference;
+use super::scale;
+use crate::summary::EnergyBalance;
+use crate::table::Columns;
+
+/// A picture and what stands below it.
+pub(crate) struct Figure {
+    pub svg: String,
+    pub caption: String,
+}
+
+/// How far the run is from one reference, at the reference's times within the run.
+pub(crate) struct Comparison {
+    pub probe: String,
+    pub label: String,
+    pub points: usize,
+    pub unit: &'static str,
+    pub root_mean_square: f64,
+    pub largest: f64,
+    pub reference_peak: f64,
+    pub run_peak: f64,
+}
+
+/// The time column of a table: `time` or `t`.
+fn times(table: &Columns) -> Option<&[f64]> {
+    table.get("time").or_else(|| table.get("t"))
+}
+
+fn is_time(name: &str) -> bool {
+    matches!(name, "time" | "t")
+}
+
+/// The part of a column's name after its last dot: `kinetic_energy` of `fluid.kinetic_energy`.
+fn quantity_of(column: &str) -> &str {
+    column.rsplit('.').next().unwrap_or(column)
+}
+
+fn owner_of(column: &str) -> &str {
+    column.rsplit_once('.').map_or("", |(owner, _)| owner)
+}
+
+/// Unit of a column, as its quantity is named; empty for one that this list does not know.
+pub(crate) fn unit_of(column: &str) -> &'static str {
+    let quantity = quantity_of(column);
+    let starts = |names: &[&str]| names.iter().any(|name| quantity.starts_with(name));
+    match quantity {
+        "ux" | "uy" | "uz" | "u" | "x" | "y" | "z" => "m",
+        "vx" | "vy" | "vz" | "v" => "m/s",
+        "ax" | "ay" | "az" | "a" => "m/s²",
+        "fx" | "fy" | "fz" | "f" => "N",
+        "mx" | "my" | "mz" => "N·m",
+        "p" | "sxx" | "syy" | "szz" | "sxy" => "Pa",
+        "size" | "dt" => "s",
+        _ if quantity.ends_with("energy") || starts(&["work"]) => "J",
+        _ if starts(&["displacement", "position", "elevation", "height", "level", "front"]) => "m",
+        _ if starts(&["velocity", "speed"]) => "m/s",
+        _ if starts(&["acceleration"]) => "m/s²",
+        _ if starts(&["force"]) => "N",
+        _ if starts(&["moment", "torque"]) => "N·m",
+        _ if starts(&["pressure", "stress", "von_mises"]) => "Pa",
+        _ if starts(&["power"]) => "W",
+        _ if starts(&["impulse"]) => "N·s",
+        _ if quantity.ends_with("seconds") || quantity.ends_with("dt") => "s",
+        _ => "",
+    }
+}
+
+/// A figure for each column that has references, and one for the other columns of each probe and unit.
+pub(crate) fn probes(table: &Columns, references: &[Reference]) -> Vec<Figure> {
+    let Some(times) = times(table) else { return Vec::new() };
+    let mut plots: Vec<(Plot, String, String)> = Vec::new();
+    for (name, values) in table.iter().filter(|(name, _)| !is_time(name)) {
+        let unit = unit_of(name);
+        let own: Vec<&Reference> = references.iter().filter(|r| r.probe == name).collect();
+        let owner = owner_of(name).to_owned();
+        if own.is_empty() {
+            let shared =
+                plots.iter_mut().find(|(p, o, _)| *o == owner && p.unit == unit && p.marks.is_empty());
+            if let Some((plot, _, _)) = shared {
+                plot.curves.push(curve(quantity_of(name), times, values));
+                plot.title.clone_from(&owner);
+            } else {
+                let curves = vec![curve(quantity_of(name), times, values)];
+                plots.push((
+                    Plot { title: name.to_owned(), unit, curves, ..Plot::default() },
+                    owner,
+                    String::new(),
+                ));
+            }
+        } else {
+            let curves = vec![curve("this run", times, values)];
+            let marks = own.iter().map(|r| marks(r)).collect();
+            let sources = sources(&own, times);
+            plots.push((
+                Plot { title: name.to_owned(), unit, curves, marks, ..Plot::default() },
+                owner,
+                sources,
+            ));
+        }
+    }
+    plots
+        .into_iter()
+        .filter_map(|(plot, _, caption)| Some(Figure { svg: plot::svg(&plot)?, caption }))
+        .collect()
+}
+
+fn curve(label: &str, times: &[f64], values: &[f64]) -> Curve {
+    Curve { label: label.replace('_', " "), times: times.to_vec(), values: values.to_vec() }
+}
+
+fn marks(reference: &Reference) -> Marks {
+    let point = |(index, (&time, &value)): (usize, (&f64, &f64))| {
+        let range = reference.range.as_ref().map(|range| range[index]).filter(|(low, high)| high > low);
+        Mark { time, value, range }
+    };
+    let points = reference.time.iter().zip(&reference.value).enumerate().map(point).collect();
+    Marks { label: reference.label.clone(), points }
+}
+
+fn sources(references: &[&Reference], times: &[f64]) -> String {
+    let end = times.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let one = |r: &&Reference| {
+        let beyond = r.time.iter().filter(|&&t| t > end).count();
+        let left_out =
+            if beyond > 0 { format!(" ({beyond} later than the run, not drawn)") } else { String::new() };
+        let source = if r.source.is_empty() { "no source given" } else { &r.source };
+        format!("{}: {source}{left_out}.", r.label)
+    };
+    references.iter().map(one).collect::<Vec<_>>().join(" ")
+}
+
+/// How far the run is from each reference, the run's values interpolated linearly to the reference's times.
+pub(crate) fn comparisons(table: &Columns, references: &[Reference]) -> Vec<Comparison> {
+    let compare = |reference: &Reference| {
+        let (times, values) = (times(table)?, table.get(&reference.probe)?);
+        let differences: Vec<f64> = reference
+            .time
+            .iter()
+            .zip(&reference.value)
+            .filter_map(|(&time, &value)| Some(interpolated(times, values, time)? - value))
+            .collect();
+        let points = differences.len();
+        let mean_square = differences.iter().map(|d| d * d).sum::<f64>() / points as f64;
+        let by_size = |a: &f64, b: &f64| a.abs().total_cmp(&b.abs());
+        Some(Comparison {
+            probe: reference.probe.clone(),
+            label: reference.label.clone(),
+            points,
+            unit: unit_of(&reference.probe),
+            root_mean_square: mean_square.sqrt(),
+            largest: differences.iter().copied().max_by(by_size)?,
+            reference_peak: reference.value.iter().copied().max_by(by_size)?,
+            run_peak: values.iter().copied().filter(|v| v.is_finite()).max_by(by_size)?,
+        })
+    };
+    references.iter().filter_map(compare).collect()
+}
+
+fn interpolated(times: &[f64], values: &[f64], time: f64) -> Option<f64> {
+    let after = times.partition_point(|&t| t < time);
+    if times.get(after) == Some(&time) {
+        return Some(values[after]);
+    }
+    let before = after.checked_sub(1)?;
+    let (&t0, &t1) = (times.get(before)?, times.get(after)?);
+    Some(values[before] + (values[after] - values[before]) * (time - t0) / (t1 - t0))
+}
+
+/// Condition (46), iterations and what crossed the interface.
+pub(crate) fn coupling(windows: &Columns) -> Vec<Figure> {
+    let residual = |name: &str| name.contains("residual_before") || name.contains("residual_after");
+    [
+        figure(
+            windows,
+            "Residual of condition (46)",
+            residual,
+            true,
+            "Before: as the fluid sent the load. After: as the structure received it, enforced. Zeros have no place \
+             on a logarithmic axis.",
+        ),
+        figure(windows, "Iterations", |name| quantity_of(name).ends_with("iterations"), false, ""),
+        figure(
+            windows,
+            "Force at the interface",
+            |name| unit_of(name) == "N" && quantity_of(name).starts_with("force"),
+            false,
+            "",
+        ),
+        figure(windows, "Impulse at the interface", |name| unit_of(name) == "N·s", false, ""),
+        figure(
+            windows,
+            "Work at the interface",
+            |name| quantity_of(name).starts_with("work"),
+            false,
+            "Given by the fluid, taken by the structure, since the start.",
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// Length of the windows, and the drift of the fluid's volume.
+pub(crate) fn progress(windows: &Columns) -> Vec<Figure> {
+    [
+        figure(windows, "Time window", |name| matches!(quantity_of(name), "size" | "dt"), false, ""),
+        figure(windows, "Sub-steps in a window", |name| quantity_of(name) == "sub_steps", false, ""),
+        figure(
+            windows,
+            "Drift of the fluid's volume",
+            |name| quantity_of(name).contains("volume_drift"),
+            false,
+            "As a fraction of the volume at the start.",
+        ),
+        figure(
+            windows,
+            "Solver residual",
+            |name| quantity_of(name).ends_with("residual"),
+            true,
+            "Zeros have no place on a logarithmic axis.",
+        ),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
+}
+
+/// One figure of all columns that `choose` takes.
+fn figure(
+    table: &Columns,
+    title: &str,
+    choose: impl Fn(&str) -> bool,
+    logarithmic: bool,
+    caption: &str,
+) -> Option<Figure> {
+    let times = times(table)?;
+    let chosen: Vec<(&str, &[f64])> = table.iter().filter(|(name, _)| choose(name)).collect();
+    let unit = unit_of(chosen.first()?.0);
+    let curves = chosen.iter().map(|(name, values)| curve(&name.replace('.', " "), times, values)).collect();
+    let plot = Plot { title: title.to_owned(), unit, logarithmic, curves, ..Plot::default() };
+    Some(Figure { svg: plot::svg(&plot)?, caption: caption.to_owned() })
+}
+
+/// Energies `<side>.<kind>_energy`: one figure a side with its total, then the whole (the paper's Figs. 11 and 20).
+pub(crate) fn energy(windows: &Columns) -> Vec<Figure> {
+    let Some(times) = times(windows) else { return Vec::new() };
+    let mut sides: Vec<&str> = Vec::new();
+    for (name, _) in windows.iter().filter(|(name, _)| name.ends_with("_energy")) {
+        let owner = owner_of(name);
+        if !owner.is_empty() && !sides.contains(&owner) {
+            sides.push(owner);
+        }
+    }
+    // The paper's order: the structure first.
+    sides.sort_by_key(|side| *side != "structure");
+    let mut figures = Vec::new();
+    let mut totals = Vec::new();
+    for side in sides {
+        let (curves, total) = side_energy(windows, times, side);
+        let caption = if side == "structure" { "As the paper's Figs. 11 and 20(a)–(d)." } else { "" };
+        figures.extend(energy_figure(&format!("Energy of the {side}"), curves, caption.to_owned()));
+        totals.push((side, total));
+    }
+    let whole = windows.get("total_energy").map(<[f64]>::to_vec);
+    if totals.len() > 1 || whole.is_some() {
+        let total = whole.unwrap_or_else(|| sum(totals.iter().map(|(_, total)| total.as_slice())));
+        let caption = EnergyBalance::of(&total).map(|balance| {
+            format!(
+                "Start {}, end {}, largest rise above an earlier value {} (the paper's Fig. 20(f)).",
+                scale::quantity(balance.start_joules, "J"),
+                scale::quantity(balance.end_joules, "J"),
+                scale::quantity(balance.largest_rise_joules, "J")
+            )
+        });
+        let mut curves: Vec<Curve> = totals.iter().map(|(side, total)| curve(side, times, total)).collect();
+        curves.push(curve("total", times, &total));
+        figures.extend(energy_figure("Energy of the whole", curves, caption.unwrap_or_default()));
+    }
+    figures
+}
+
+fn energy_figure(title: &str, curves: Vec<Curve>, caption: String) -> Option<Figure> {
+    let plot = Plot { title: title.to_owned(), unit: "J", curves, ..Plot::default() };
+    Some(Figure { svg: plot::svg(&plot)?, caption })
+}
+
+/// Curves of the kinds of energy of a side and of their total; and the total.
+fn side_energy(windows: &Columns, times: &[f64], side: &str) -> (Vec<Curve>, Vec<f64>) {
+    let kinds: Vec<(&str, &[f64])> = windows
+        .iter()
+        .filter(|(name, _)| owner_of(name) == side)
+        .filter_map(|(name, values)| Some((quantity_of(name).strip_suffix("_energy")?, values)))
+        .collect();
+    let given = kinds.iter().find(|(kind, _)| matches!(*kind, "total" | "mechanical"));
+    let parts: Vec<(&str, &[f64])> =
+        kinds.iter().copied().filter(|(kind, _)| !matches!(*kind, "total" | "mechanical")).collect();
+    let total =
+        given.map_or_else(|| sum(parts.iter().map(|(_, values)| *values)), |(_, values)| values.to_vec());
+    let mut curves: Vec<Curve> = parts.iter().map(|(kind, values)| curve(kind, times, values)).collect();
+    if parts.len() != 1 {
+        curves.push(curve("total", times, &total));
+    }
+    (curves, total)
+}
+
+fn sum<'a>(parts: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+    let mut total: Vec<f64> = Vec::new();
+    for part in parts {
+        if total.is_empty() {
+            total = part.to_vec();
+        } else {
+            total.iter_mut().zip(part).for_each(|(t, p)| *t += p);
+        }
+    }
+    total
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table(columns: &[(&str, &[f64])]) -> Columns {
+        Columns {
+            names: columns.iter().map(|(name, _)| (*name).to_owned()).collect(),
+            columns: columns.iter().map(|(_, values)| values.to_vec()).collect(),
+        }
+    }
+
+    #[test]
+    fn missing_columns_leave_their_figures_out() {
+        assert!(coupling(&table(&[])).is_empty());
+        assert!(energy(&table(&[("fluid.kinetic_energy", &[1.0])])).is_empty(), "no time, no figure");
+        let windows =
+            table(&[("time", &[0.0, 1.0]), ("window", &[0.0, 1.0]), ("residual_before", &[0.5, 0.4])]);
+        assert_eq!(coupling(&windows).len(), 1);
+        assert!(energy(&windows).is_empty() && progress(&windows).is_empty());
+    }
+
+    #[test]
+    fn energies_of_each_side_add_up() {
+        let windows = table(&[
+            ("time", &[0.0, 1.0]),
+            ("fluid.kinetic_energy", &[0.0, 3.0]),
+            ("fluid.potential_energy", &[10.0, 6.0]),
+            ("structure.strain_energy", &[0.0, 0.5]),
+            ("structure.kinetic_energy", &[0.0, 0.25]),
+        ]);
+        let figures = energy(&windows);
+        assert_eq!(figures.len(), 3);
+        assert!(figures[0].svg.contains("Energy of the structure"));
+        assert!(figures[2].svg.contains("total: 9.75 J at 1 s"));
+        assert!(
+            figures[2].caption.starts_with("Start 10 J, end 9.75 J, largest rise above an earlier value 0")
+        );
+    }
+
+    #[test]
+    fn probes_are_grouped_and_compared() {
+        let probes = table(&[
+            ("t", &[0.0, 1.0, 2.0]),
+            ("tip.ux", &[0.0, 0.02, 0.04]),
+            ("tip.uy", &[0.0, 0.01, 0.01]),
+            ("wall.p", &[0.0, 1e3, 2e3]),
+            ("tip.vx", &[0.0, 1.0, 2.0]),
+            ("tip.vy", &[0.0, 1.0, 2.0]),
+        ]);
+        let reference = Reference {
+            probe: "tip.ux".to_owned(),
+            label: "experiment".to_owned(),
+            source: "somebody".to_owned(),
+            time: vec![0.5, 2.0, 3.0],
+            value: vec![0.013, 0.036, 1.0],
+            range: None,
+        };
+        // tip.ux with its reference, tip.uy, wall.p, and the two velocities together.
+        let figures = probes_titles(&probes, std::slice::from_ref(&reference));
+        assert_eq!(figures, ["tip.ux", "tip.uy", "wall.p", "tip"]);
+        let comparison = &comparisons(&probes, &[reference])[0];
+        // Differences: 0.010 − 0.013 and 0.040 − 0.036; the third time is later than the run.
+        assert_eq!(comparison.points, 2);
+        assert!((comparison.largest - 0.004).abs() < 1e-15);
+        assert!((comparison.root_mean_square - (12.5e-6f64).sqrt()).abs() < 1e-15);
+    }
+
+    fn probes_titles(table: &Columns, references: &[Reference]) -> Vec<String> {
+        let title =
+            |f: Figure| f.svg.split("aria-label=\"").nth(1).unwrap().split('"').next().unwrap().to_owned();
+        probes(table, references).into_iter().map(title).collect()
+    }
+}
