@@ -91,10 +91,10 @@ pub struct Solver {
 
 /// `meniscus mock`.
 #[derive(Args)]
-#[command(after_help = partners::HELP)]
+#[command(after_help = partners::help())]
 pub struct Mock {
     /// Kind of partner and its settings, for example: spring-mass points=40 stiffness=1e4
-    #[arg(required = true)]
+    #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
     pub words: Vec<String>,
     /// Case file as the coupler resolved it
     #[arg(long, env = "MENISCUS_CASE", value_name = "FILE")]

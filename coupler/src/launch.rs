@@ -21,7 +21,6 @@ pub struct LaunchError {
 /// A participant's process. It is killed when dropped, if it still runs then.
 #[derive(Debug)]
 pub struct Child {
-    role: Role,
     process: std::process::Child,
     log: PathBuf,
     peak_memory_bytes: u64,
@@ -32,8 +31,13 @@ const LOOK: Duration = Duration::from_millis(5);
 
 impl Child {
     /// Starts `command` in a process group of its own, so that Ctrl-C on the terminal reaches the coupler alone, which then ends
-    /// the participants in order. What it prints goes to `log`.
-    pub fn spawn(role: Role, command: &[String], log: &Path) -> Result<Self, LaunchError> {
+    /// the participants in order. `environment` is added to this process's own. What it prints goes to `log`.
+    pub fn spawn(
+        role: Role,
+        command: &[String],
+        environment: &[(&str, String)],
+        log: &Path,
+    ) -> Result<Self, LaunchError> {
         let failed = |source| LaunchError { role, command: command.join(" "), source };
         let (program, arguments) =
             command.split_first().ok_or_else(|| failed(io::Error::other("the command is empty")))?;
@@ -41,18 +45,14 @@ impl Child {
         let errors = output.try_clone().map_err(failed)?;
         let process = Command::new(program)
             .args(arguments)
+            .envs(environment.iter().map(|(key, value)| (key, value)))
             .stdin(Stdio::null())
             .stdout(output)
             .stderr(errors)
             .process_group(0)
             .spawn()
             .map_err(failed)?;
-        Ok(Self { role, process, log: log.to_owned(), peak_memory_bytes: 0 })
-    }
-
-    /// Process id.
-    pub fn id(&self) -> u32 {
-        self.process.id()
+        Ok(Self { process, log: log.to_owned(), peak_memory_bytes: 0 })
     }
 
     /// How the process ended, if it did: its exit status and the last line of its log.
@@ -68,21 +68,19 @@ impl Child {
         self.peak_memory_bytes
     }
 
-    /// Gives the process `grace` to end by itself and kills it then.
-    pub fn end(mut self, grace: Duration) -> Option<ExitStatus> {
+    /// Gives the process `grace` to end by itself, and kills it then.
+    pub fn end(&mut self, grace: Duration) {
         let deadline = Instant::now() + grace;
-        while Instant::now() < deadline {
-            if let Ok(Some(status)) = self.process.try_wait() {
-                return Some(status);
-            }
+        while matches!(self.process.try_wait(), Ok(None)) && Instant::now() < deadline {
             std::thread::sleep(LOOK);
         }
-        None
+        self.kill();
     }
 
-    /// The participant's role.
-    pub fn role(&self) -> Role {
-        self.role
+    fn kill(&mut self) {
+        // An error says that the process is gone already, which is what is wanted.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
     }
 
     fn last_words(&self) -> Option<String> {
@@ -93,9 +91,7 @@ impl Child {
 
 impl Drop for Child {
     fn drop(&mut self) {
-        // An error says that the process is gone already, which is what is wanted.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        self.kill();
     }
 }
 
@@ -123,7 +119,7 @@ mod tests {
     use super::*;
 
     fn shell(script: &str, log: &Path) -> Child {
-        Child::spawn(Role::Fluid, &["sh".to_owned(), "-c".to_owned(), script.to_owned()], log).unwrap()
+        Child::spawn(Role::Fluid, &["sh".to_owned(), "-c".to_owned(), script.to_owned()], &[], log).unwrap()
     }
 
     fn wait_for_end(child: &mut Child) -> String {
@@ -151,7 +147,7 @@ mod tests {
     #[test]
     fn a_command_that_does_not_exist_is_named() {
         let log = std::env::temp_dir().join(format!("meniscus-launch-none-{}.log", std::process::id()));
-        let error = Child::spawn(Role::Structure, &["/no/such/solver".to_owned()], &log).unwrap_err();
+        let error = Child::spawn(Role::Structure, &["/no/such/solver".to_owned()], &[], &log).unwrap_err();
         assert!(
             error.to_string().starts_with("failed to start the structure with `/no/such/solver`"),
             "{error}"

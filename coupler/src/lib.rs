@@ -7,6 +7,7 @@ pub mod condition46;
 pub mod launch;
 pub mod progress;
 pub mod records;
+pub mod run;
 pub mod schedule;
 pub mod schemes;
 pub mod side;

@@ -18,8 +18,8 @@ use thiserror::Error;
 
 mod participants;
 
-pub use participants::Solvers;
 use participants::Participants;
+pub use participants::{Build, Solvers, deadlines};
 
 /// What the command line sets of a run.
 pub struct Options {

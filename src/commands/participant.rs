@@ -3,13 +3,14 @@
 use super::{WRONG, failed};
 use crate::arguments::{Mock, Solver};
 use interfaces::case::Case;
-use interfaces::{Participant, Role, transport};
+use interfaces::case::resolved::Start;
+use interfaces::{Address, Participant, Role};
 use std::path::Path;
 use std::process::ExitCode;
 
 /// Serves our own solver of one side.
 pub fn solver(arguments: &Solver, role: Role) -> ExitCode {
-    serve(&arguments.case, &arguments.run, |case| {
+    serve(&arguments.case, &arguments.run, role, |case| {
         super::set_threads(case);
         let out = arguments.case.parent().unwrap_or(Path::new("."));
         super::solver(case, role, out).map_err(|e| e.to_string())
@@ -18,15 +19,18 @@ pub fn solver(arguments: &Solver, role: Role) -> ExitCode {
 
 /// Serves a mock partner.
 pub fn mock(arguments: &Mock) -> ExitCode {
-    serve(&arguments.case, &arguments.run, |case| {
-        let words: Vec<&str> = arguments.words.iter().map(String::as_str).collect();
-        partners::build(&words, case.general.dimension).map_err(|e| e.to_string())
-    })
+    let participant = match partners::MockSpec::from_words(&arguments.words).and_then(|spec| spec.build()) {
+        Ok(participant) => participant,
+        Err(error) => return failed(error),
+    };
+    let role = participant.describe().role;
+    serve(&arguments.case, &arguments.run, role, |_| Ok(participant))
 }
 
 fn serve(
     case_file: &Path,
     run: &str,
+    role: Role,
     build: impl FnOnce(&Case) -> Result<Box<dyn Participant>, String>,
 ) -> ExitCode {
     let case = match Case::load(case_file, &[]) {
@@ -40,7 +44,13 @@ fn serve(
         Ok(participant) => participant,
         Err(error) => return failed(error),
     };
-    match transport::serve(participant.as_mut(), run, &case.hash(), case.deadline()) {
+    let stop = match super::stop_flag() {
+        Ok(stop) => stop,
+        Err(error) => return failed(error),
+    };
+    let address = Address::parse(run, role);
+    let deadlines = coupler::run::deadlines(&case, &Start::Own);
+    match interfaces::serve(participant.as_mut(), &address, &case.hash(), deadlines, &stop) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => failed(error),
     }

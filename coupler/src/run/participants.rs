@@ -1,0 +1,164 @@
+//! The participants of a run: in this process, started as processes, or waited for.
+
+use super::{ByRole, CASE, Options, RunError, guarded};
+use crate::launch::{self, Child};
+use crate::schemes::SchemeError;
+use crate::side::{Side, SideError};
+use interfaces::case::Case;
+use interfaces::case::resolved::Start;
+use interfaces::transport::Alive;
+use interfaces::{
+    Address, Deadlines, Expectations, Participant, ParticipantError, RemoteParticipant, Role, new_run, remove_stale,
+};
+use output::summary::{RoleUse, Summary};
+use std::cell::RefCell;
+use std::path::Path;
+use std::rc::Rc;
+use std::time::Duration;
+
+/// Makes a participant in this process.
+pub type Build<'a> = dyn Fn(Role) -> Result<Box<dyn Participant>, ParticipantError> + 'a;
+
+/// Where our own solvers come from.
+pub struct Solvers<'a> {
+    /// Makes one in this process.
+    pub in_process: &'a Build<'a>,
+    /// The executable whose commands `fluid` and `structure` serve them.
+    pub executable: &'a Path,
+}
+
+/// How long a participant that was told to end may take.
+const GRACE: Duration = Duration::from_secs(2);
+/// How long a participant that has to be started by hand may take to come, and to hear of a fault.
+const BY_HAND: Duration = Duration::from_secs(600);
+
+/// The participants of a run, and the processes behind them.
+pub struct Participants {
+    sides: ByRole<Side>,
+    children: ByRole<Rc<RefCell<Child>>>,
+}
+
+impl Participants {
+    /// Makes or starts all participants of the case, and waits until each was heard of.
+    pub fn start(case: &Case, options: &Options, solvers: &Solvers) -> Result<Self, RunError> {
+        let mut participants = Self { sides: ByRole::new(), children: ByRole::new() };
+        let starts = [
+            (Role::Structure, case.structure.as_ref().map(|s| &s.participant)),
+            (Role::Fluid, case.fluid.as_ref().map(|f| &f.participant)),
+        ];
+        let starts = starts.into_iter().filter_map(|(role, start)| Some((role, start?)));
+        if options.in_process {
+            for (role, _) in starts {
+                let made = (solvers.in_process)(role).map_err(|e| failed(role, "while starting", e))?;
+                participants.sides.insert(role, Side::new(guarded(made)));
+            }
+            return Ok(participants);
+        }
+
+        let run = new_run();
+        // All are listened for before any is started, and all are started before any is waited for: they build their particles at the same time.
+        let mut listening = Vec::new();
+        for (role, start) in starts {
+            let address = Address::new(run.clone(), role);
+            let failed = |e| failed(role, "while opening its connection", e);
+            remove_stale(&address).map_err(failed)?;
+            let expectations = Expectations { case_hash: case.hash(), dimension: case.general.dimension };
+            let waits = deadlines(case, start);
+            let open = RemoteParticipant::listen(&address, expectations, waits, &options.stop).map_err(failed)?;
+            listening.push((role, start, address, open));
+        }
+        for (role, start, address, _) in &listening {
+            participants.launch(*role, start, address, options, solvers)?;
+        }
+        for (role, _, _, open) in listening {
+            let remote = open
+                .wait_for_hello(participants.alive(role))
+                .map_err(|e| failed(role, "while shaking hands", e))?;
+            participants.sides.insert(role, Side::new(guarded(Box::new(remote))));
+        }
+        Ok(participants)
+    }
+
+    /// Hands over the side of that role, if the case has it.
+    pub fn take(&mut self, role: Role) -> Option<Side> {
+        self.sides.remove(&role)
+    }
+
+    /// Notes how much memory each process has used so far.
+    pub fn look_at_memory(&mut self) {
+        for child in self.children.values() {
+            child.borrow_mut().peak_memory_bytes();
+        }
+    }
+
+    /// Waits for the processes to end, kills those that do not, and puts their memory into the summary. After a failure there is
+    /// nothing to wait for: whoever still runs does so because it hangs.
+    pub fn end(mut self, summary: &mut Summary, in_order: bool) {
+        self.look_at_memory();
+        let coupler = summary.roles.entry("coupler".to_owned()).or_default();
+        coupler.peak_memory_bytes = launch::peak_memory_bytes(None);
+        for (role, child) in self.children {
+            let mut child = child.borrow_mut();
+            let used: &mut RoleUse = summary.roles.entry(role.to_string()).or_default();
+            used.peak_memory_bytes = child.peak_memory_bytes();
+            child.end(if in_order { GRACE } else { GRACE / 4 });
+        }
+    }
+
+    fn launch(
+        &mut self,
+        role: Role,
+        start: &Start,
+        address: &Address,
+        options: &Options,
+        solvers: &Solvers,
+    ) -> Result<(), RunError> {
+        let case = options.out.join(CASE);
+        let command = match start {
+            Start::Own => {
+                let executable = solvers.executable.display().to_string();
+                vec![executable, role.to_string(), case.display().to_string()]
+            }
+            Start::Command(words) => words.clone(),
+            Start::ByHand => {
+                eprintln!(
+                    "waiting for the {role}; start it with MENISCUS_RUN={} MENISCUS_CASE={}",
+                    address.connect(),
+                    case.display()
+                );
+                return Ok(());
+            }
+        };
+        let environment = [
+            ("MENISCUS_RUN", address.connect()),
+            ("MENISCUS_CASE", case.display().to_string()),
+            ("MENISCUS_ROLE", role.to_string()),
+        ];
+        let log = options.out.join(format!("{role}.log"));
+        let child = Child::spawn(role, &command, &environment, &log)?;
+        self.children.insert(role, Rc::new(RefCell::new(child)));
+        Ok(())
+    }
+
+    /// Says how the process of that role ended, as far as we started one.
+    fn alive(&self, role: Role) -> Alive {
+        match self.children.get(&role) {
+            Some(child) => {
+                let child = Rc::clone(child);
+                Box::new(move || child.borrow_mut().ended())
+            }
+            None => Box::new(|| None),
+        }
+    }
+}
+
+/// How long to wait for a participant of this case.
+pub fn deadlines(case: &Case, start: &Start) -> Deadlines {
+    let answer = case.coupling.as_ref().map_or(Deadlines::default().answer, |c| Duration::from_secs_f64(c.deadline));
+    let hello = if *start == Start::ByHand { BY_HAND } else { Deadlines::default().hello };
+    Deadlines { hello, answer }
+}
+
+fn failed(role: Role, during: &str, source: ParticipantError) -> SchemeError {
+    SideError { role, during: during.to_owned(), source }.into()
+}
