@@ -29,7 +29,8 @@ fn main() {
     let cells: f64 = arguments[2].parse().unwrap();
     let end: f64 = arguments[3].parse().unwrap();
     let mut options = Options::default();
-    let (mut jitter, mut seed, mut frames, mut out, mut layers) = (0.0, 1u64, 0usize, String::from("/tmp/drive"), 4.0);
+    let (mut jitter, mut seed, mut frames, mut out, mut layers) =
+        (0.0, 1u64, 0usize, String::from("/tmp/drive"), 4.0);
     let (mut relax, mut every, mut capdt) = (0.5, 0.05, f64::INFINITY);
     for pair in &arguments[4..] {
         let (key, value) = pair.split_once('=').unwrap();
@@ -63,7 +64,10 @@ fn main() {
             "taylor" => options.taylor_correction = flag(),
             "sps" => options.smagorinsky = number(),
             "kappa" => options.regularisation = number(),
-            "mg" => options.preconditioner = if flag() { Preconditioner::Multigrid } else { Preconditioner::Jacobi },
+            "mg" => {
+                options.preconditioner =
+                    if flag() { Preconditioner::Multigrid } else { Preconditioner::Jacobi }
+            }
             "ishift" => options.interface_shifting = flag(),
             _ => panic!("unknown {key}"),
         }
@@ -90,7 +94,8 @@ fn main() {
         parts[2] = wall("right", v(tank, -0.0), v(tank + thick, 0.02));
         parts.push(wall("above", v(0.1, 0.079), v(0.1 + gate_thick.max(thick), 0.2)));
         dxs = gate_thick / layers;
-        structure = sph::lattice::Lattice::<2>::fill_box(v(0.1, 0.0), v(0.1 + gate_thick, 0.079), dxs).positions;
+        structure =
+            sph::lattice::Lattice::<2>::fill_box(v(0.1, 0.0), v(0.1 + gate_thick, 0.079), dxs).positions;
     }
     if case == "piston" {
         parts[0] = wall("far", v(-thick, -1.0 - thick), v(tank + thick, -1.0));
@@ -124,7 +129,8 @@ fn main() {
     };
     let mut fluid = Fluid::new(properties.clone(), options, walls, interface, &state).unwrap();
     let mut trial = State::default();
-    let (mut time, mut steps, mut rises, mut iterations, mut piterations, mut worst_rise) = (0.0, 0usize, 0, 0, 0, 0.0f64);
+    let (mut time, mut steps, mut rises, mut iterations, mut piterations, mut worst_rise) =
+        (0.0, 0usize, 0, 0, 0, 0.0f64);
     let started = std::time::Instant::now();
     let (mut next_print, mut frame) = (0.0, 0usize);
     let reference = structure.clone();
@@ -133,7 +139,10 @@ fn main() {
     let stiffness = (plate_mass + 1000.0) * (2.0 * std::f64::consts::PI / 0.5f64).powi(2);
     let mut crossings: Vec<f64> = Vec::new();
     let mut initial_energy = f64::NAN;
+    let mut works = [0.0f64; 4];
     let (mut peak_p, mut max_density, mut cum_w) = (0.0f64, 0.0f64, 0.0);
+    // The rest of the time in equal steps: a last step much shorter than those before would divide what divergence they left by its length.
+    let fit = |dt: f64, time: f64| (end - time) / ((end - time) / dt).ceil().max(1.0) * (1.0 + 1e-12);
     let mut log = std::fs::File::create(format!("{out}.csv")).unwrap();
     let swing = |t: f64| {
         // angle and rate of the gate about its upper end: smooth to 0.6 rad in 0.15 s
@@ -152,7 +161,7 @@ fn main() {
                 pivot + v(a.cos() * r.x - a.sin() * r.y, a.sin() * r.x + a.cos() * r.y)
             };
             let speed = swing(time).1 * 0.08;
-            dt = fluid.stable_step(&state, &[v(speed, 0.0)]).min(end - time + 1e-12).min(capdt);
+            dt = fit(fluid.stable_step(&state, &[v(speed, 0.0)]).min(capdt), time);
             let (angle_end, _) = swing(time + dt);
             for (i, p) in reference.iter().enumerate() {
                 structure[i] = turn(p, angle);
@@ -162,15 +171,17 @@ fn main() {
             dt = fluid.stable_step(&state, &[v(0.0, plate_u)]).min(capdt);
             // predicted with the held load over dt: implicit midpoint of the spring
             let load: f64 = held.iter().map(|h| -dxs * dxs * h.y).sum();
-            let a = (load - stiffness * (plate_y + 0.5 * dt * plate_u)) / (plate_mass + 0.25 * dt * dt * stiffness);
+            let a = (load - stiffness * (plate_y + 0.5 * dt * plate_u))
+                / (plate_mass + 0.25 * dt * dt * stiffness);
             for (i, p) in reference.iter().enumerate() {
                 structure[i] = p + v(0.0, plate_y);
                 velocities[i] = v(0.0, plate_u + a * dt);
             }
         } else {
-            dt = fluid.stable_step(&state, &[]).min(end - time + 1e-12).min(capdt);
+            dt = fit(fluid.stable_step(&state, &[]).min(capdt), time);
         }
-        let input = InterfaceInput { positions: &structure, velocities: &velocities, held_pressure_gradients: &held };
+        let input =
+            InterfaceInput { positions: &structure, velocities: &velocities, held_pressure_gradients: &held };
         let report = match fluid.step(&state, time, dt, &input, &mut trial) {
             Ok(report) => report,
             Err(error) => {
@@ -184,7 +195,8 @@ fn main() {
                 *h = *h * (1.0 - relax) + new * relax;
             }
             let load: f64 = held.iter().map(|h| -dxs * dxs * h.y).sum();
-            let a = (load - stiffness * (plate_y + 0.5 * dt * plate_u)) / (plate_mass + 0.25 * dt * dt * stiffness);
+            let a = (load - stiffness * (plate_y + 0.5 * dt * plate_u))
+                / (plate_mass + 0.25 * dt * dt * stiffness);
             let u_new = plate_u + a * dt;
             plate_y += 0.5 * dt * (plate_u + u_new);
             plate_u = u_new;
@@ -203,7 +215,16 @@ fn main() {
             initial_energy = energy - report.energy_change;
         }
         cum_w += report.structure_work + report.contact_structure_work;
-        let rise = report.energy_change - report.structure_work - report.wall_work - report.contact_structure_work;
+        for (w, x) in works.iter_mut().zip([
+            report.projection_work,
+            report.displacement_work,
+            report.viscous_work,
+            report.contact_work,
+        ]) {
+            *w += x / initial_energy;
+        }
+        let rise =
+            report.energy_change - report.structure_work - report.wall_work - report.contact_structure_work;
         if rise > 1e-9 * initial_energy.abs() {
             rises += 1;
             worst_rise = worst_rise.max(rise / initial_energy.abs());
@@ -234,7 +255,7 @@ fn main() {
             }
             let rms = (error / p_count as f64).sqrt() / (1000.0 * g * height);
             println!(
-                "t {time:.4} step {steps} dt {dt:.2e} it {}/{} theta {:.3} u {:.4} E {:.5} K {:.3e} front {front:.4} cen {centroid:.5} rms {rms:.4} pmax {p_max:.0} n {:+.2e}/{:.3} left {} lost {} rises {rises} ({worst_rise:.1e}) pocket {} splash {} y {plate_y:.5} W {cum_w:.4}",
+                "t {time:.4} step {steps} dt {dt:.2e} it {}/{} theta {:.3} u {:.4} E {:.5} K {:.3e} front {front:.4} cen {centroid:.5} rms {rms:.4} pmax {p_max:.0} n {:+.2e}/{:.3} left {} lost {} rises {rises} ({worst_rise:.1e}) pocket {} splash {} y {plate_y:.5} W {cum_w:.4} works {works:.5?}",
                 report.pressure_solve.iterations,
                 report.position_solve.iterations,
                 report.gradient_share,
@@ -253,7 +274,12 @@ fn main() {
             let mut f = std::fs::File::create(format!("{out}_{frame}.csv")).unwrap();
             for i in 0..state.len() {
                 let (r, u) = (state.positions[i], state.velocities[i]);
-                writeln!(f, "{},{},{},{},{},{}", r.x, r.y, u.x, u.y, state.pressures[i], state.classes[i] as u8).unwrap();
+                writeln!(
+                    f,
+                    "{},{},{},{},{},{}",
+                    r.x, r.y, u.x, u.y, state.pressures[i], state.classes[i] as u8
+                )
+                .unwrap();
             }
             for (i, s) in structure.iter().enumerate() {
                 let g = fluid.output.pressure_gradients[i];

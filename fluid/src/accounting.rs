@@ -35,7 +35,9 @@ pub struct StepReport<const D: usize> {
     pub contact_work: f64,
     /// Part of it that a moving structure gave.
     pub contact_structure_work: f64,
-    /// What is left of `energy_change` when all works above are taken out: projection, time integration, position projection and shifting.
+    /// Potential energy by displacements that are not the velocity's: position projection, shifting, and what contact kept back.
+    pub displacement_work: f64,
+    /// What is left of `energy_change` when all works above are taken out: projection and time integration.
     pub projection_work: f64,
     /// Momentum at the end.
     pub momentum: Vector<D>,
@@ -80,6 +82,7 @@ impl<const D: usize> Default for StepReport<D> {
             viscous_work: 0.0,
             contact_work: 0.0,
             contact_structure_work: 0.0,
+            displacement_work: 0.0,
             projection_work: 0.0,
             momentum: Vector::zeros(),
             structure_impulse: Vector::zeros(),
@@ -149,7 +152,8 @@ pub fn balance<const D: usize>(
         - report.structure_work
         - report.wall_work
         - report.viscous_work
-        - report.contact_work;
+        - report.contact_work
+        - report.displacement_work;
     report.momentum = momentum(after);
     report.momentum_error =
         report.momentum - momentum(before) - properties.gravity * (mass * before.len() as f64 * report.dt);

@@ -647,6 +647,8 @@ impl<const D: usize> Fluid<D> {
                 }
                 report.contact_work += 0.5 * mass * (u.norm_squared() - before);
             }
+            let carried = (accepted.velocities[a] + trial.velocities[a]) * (0.5 * dt);
+            report.displacement_work -= mass * self.properties.gravity.dot(&(displacement - carried));
             let to = at + displacement;
             trial.positions[a] = to;
             let (low, high) = &self.properties.domain;
