@@ -118,9 +118,8 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
     let mut progress = Progress::new(schedule.time(), case.general.end_time, options.quiet);
     let stop = || options.stop.load(Ordering::Relaxed);
     let onward = || if stop() { Onward::Stop } else { Onward::Continue };
-    let mut sums = None;
 
-    let result = match (participants.take(Role::Fluid), participants.take(Role::Structure)) {
+    let (result, sums) = match (participants.take(Role::Fluid), participants.take(Role::Structure)) {
         (Some(fluid), Some(structure)) => {
             fit(&structure, &fluid)?;
             let coupling = case.coupling.as_ref().expect("a case of both sides has a coupling");
@@ -134,8 +133,8 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
                 record(&mut records, &mut progress, &mut participants, accepted, &sides)?;
                 Ok(onward())
             });
-            sums = Some(records.balances()?);
-            end([&mut pair.fluid, &mut pair.structure], result, summary)
+            let sums = records.balances()?;
+            (end([&mut pair.fluid, &mut pair.structure], result, summary), sums)
         }
         (Some(mut side), None) | (None, Some(mut side)) => {
             let points = side.points().unwrap_or(0);
@@ -145,18 +144,16 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
                 record(&mut records, &mut progress, &mut participants, accepted, &[side])?;
                 Ok(onward())
             });
-            sums = Some(records.balances()?);
-            end([&mut side], result, summary)
+            let sums = records.balances()?;
+            (end([&mut side], result, summary), sums)
         }
         (None, None) => unreachable!("a checked case has a fluid or a structure"),
     };
     progress.end();
     summary.windows = schedule.windows();
     summary.simulated_seconds = schedule.time();
-    if let Some(sums) = sums {
-        (summary.balances, summary.condition_46) = (sums.balances, sums.condition_46);
-        (summary.fluid, summary.probes) = (sums.fluid, sums.probes);
-    }
+    (summary.balances, summary.condition_46) = (sums.balances, sums.condition_46);
+    (summary.fluid, summary.probes) = (sums.fluid, sums.probes);
     participants.end(summary, result.is_ok());
     Ok(result?)
 }

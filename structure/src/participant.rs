@@ -2,6 +2,7 @@
 //!
 //! Case → [`Setup`]; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and energies.
 
+mod saved;
 mod setup;
 mod snapshot;
 
@@ -229,11 +230,12 @@ impl<const D: usize> Participant for StructureParticipant<D> {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        Ok(self.accepted.to_bytes())
+        Ok(saved::to_bytes(&self.accepted))
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        self.accepted = State::from_bytes(state, self.structure.len()).map_err(failed)?;
+        self.accepted = saved::from_bytes(state, self.structure.len())
+            .ok_or_else(|| failed("the saved state is not one of this structure"))?;
         Ok(())
     }
 
