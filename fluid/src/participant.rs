@@ -121,16 +121,24 @@ impl<const D: usize> FluidParticipant<D> {
 
     fn scalars(&self, state: &State<D>, ledger: &Ledger) -> Vec<f64> {
         let mut scalars = ledger.values();
-        for probe in &self.probes {
-            match (&probe.target, probe.quantity) {
-                (ProbeTarget::FluidPoint(at), ProbeQuantity::Velocity) => {
-                    scalars.extend(self.fluid.velocity_at(state, &Vector::from_column_slice(at)).iter());
+        if self.probes.is_empty() {
+            return scalars;
+        }
+        let probe = self.fluid.probe(state);
+        for Probe { target, quantity, .. } in &self.probes {
+            match target {
+                ProbeTarget::FluidPoint(at) | ProbeTarget::WallPoint { at, .. } => {
+                    let value = probe.at(&Vector::from_column_slice(at));
+                    match quantity {
+                        ProbeQuantity::Velocity => scalars.extend(value.velocity.iter()),
+                        _ => scalars.push(value.pressure),
+                    }
                 }
-                (ProbeTarget::FluidPoint(at) | ProbeTarget::WallPoint { at, .. }, _) => {
-                    scalars.push(self.fluid.pressure_at(state, &Vector::from_column_slice(at)));
+                ProbeTarget::Wall(name) => {
+                    let force = self.fluid.wall_force(name).expect("a checked case names walls that are there");
+                    scalars.extend(force.iter());
                 }
-                (ProbeTarget::Wall(name), _) => scalars.extend(self.fluid.wall_force(name).iter()),
-                (ProbeTarget::StructurePoint { .. } | ProbeTarget::Body(_), _) => {
+                ProbeTarget::StructurePoint { .. } | ProbeTarget::Body(_) => {
                     unreachable!("probes on the structure were left to it")
                 }
             }
