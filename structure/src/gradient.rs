@@ -1,0 +1,3 @@
+//! Discrete gradients in the reference configuration, one file each, behind [`crate::stencil::PairOperator`].
+
+pub(crate) mod first_order;

@@ -1,0 +1,457 @@
+//! The two hot loops: stresses from displacements, and the Runge–Kutta stage from stresses.
+//!
+//! Both are written once, on slices of [`LANES`] particles, for `K` basis functions a pair, and compiled for each vector
+//! instruction set; `pulp` picks at run time. Each particle gathers its own sum in list order, so neither the number of
+//! threads nor the width of the vectors changes a bit of the result.
+
+use crate::field::Field;
+use crate::lanes::{LANES, Lanes, Tensor, product};
+use crate::material::{ConstitutiveLaw, Elasticity, Law, with_law};
+use crate::setup::Gradient;
+use crate::stencil::{Slice, Stencil};
+use std::array::from_fn;
+use std::ops::Range;
+
+/// Fewer slices than this are not shared among threads: a pass over them takes less than waking a thread up is worth.
+const PARALLEL_SLICES: usize = 512;
+
+/// One body's part of a pass.
+#[derive(Clone, Debug)]
+pub(crate) struct BodyPass {
+    pub slices: Range<usize>,
+    pub law: Law,
+    pub elasticity: Elasticity,
+}
+
+/// Constants of the pass that are the same for all slices.
+#[derive(Clone, Copy)]
+struct Pairs<'a> {
+    stencil: &'a Stencil,
+    margin: usize,
+}
+
+/// Stage of the Runge–Kutta step, Eqs. (43)–(45), and what acts in it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stage {
+    /// Weight in the sums of Eqs. (43), (44): 1, 2, 2, 1.
+    pub weight: f64,
+    /// Time (s) from the step's start to the next stage; nothing after the last.
+    pub to_next: Option<f64>,
+    /// `Δt/6` (s).
+    pub sixth: f64,
+    /// Viscous damping `c` (1/s).
+    pub damping: f64,
+    /// Whether external accelerations act.
+    pub loaded: bool,
+}
+
+/// All fields of a Runge–Kutta step, in internal order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Fields {
+    /// Displacement of the stage (m), `D` components.
+    pub displacement: Field,
+    /// Conjugates of the moments, `D K` components.
+    pub conjugate: Field,
+    /// External acceleration of the stage (m/s²), `D` components; zero for fixed particles.
+    pub external: Field,
+    /// `START_DISPLACEMENT` and the rows after it, `D` components each.
+    pub step: Field,
+    /// One over the mass that the pair sum is divided by, zero for fixed particles: see [`Pairs::acceleration`].
+    pub scale: Field,
+}
+
+/// Rows of [`Fields::step`]: displacement and velocity at the step's start, velocity of the stage, (3) and (4) the sums of
+/// Eqs. (43) and (44), and the work that external accelerations and damping have done, a unit of mass (J/kg).
+pub(crate) mod row {
+    pub const START_DISPLACEMENT: usize = 0;
+    pub const START_VELOCITY: usize = 1;
+    pub const STAGE_VELOCITY: usize = 2;
+    pub const WORK: usize = 5;
+    pub const DISSIPATION: usize = 6;
+    pub const COUNT: usize = 7;
+}
+
+impl Fields {
+    /// Zeros for a dimension, basis functions a pair, margin and particles.
+    pub fn new(dimension: usize, basis: usize, margin: usize, count: usize) -> Self {
+        Self {
+            displacement: Field::new(dimension, margin, count),
+            conjugate: Field::new(dimension * basis, margin, count),
+            external: Field::new(dimension, margin, count),
+            step: Field::new(row::COUNT * dimension, margin, count),
+            scale: Field::new(1, margin, count),
+        }
+    }
+}
+
+/// Basis functions a pair of a gradient in `dimension` dimensions.
+pub(crate) fn basis(dimension: usize, gradient: Gradient) -> usize {
+    match gradient {
+        Gradient::FirstOrder => dimension,
+    }
+}
+
+/// Calls `$function::<D, K>` for the dimension and gradient.
+macro_rules! for_dimension {
+    ($dimension:expr, $gradient:expr, $function:ident ($($argument:expr),*)) => {
+        match ($dimension, $gradient) {
+            (2, Gradient::FirstOrder) => $function::<2, 2>($($argument),*),
+            (3, Gradient::FirstOrder) => $function::<3, 3>($($argument),*),
+            _ => unreachable!("two or three dimensions"),
+        }
+    };
+}
+
+/// Conjugates `Q` of the moments at all particles from the displacements; gives the first slice in which `J` is not positive.
+pub(crate) fn stress_pass(
+    dimension: usize,
+    gradient: Gradient,
+    stencil: &Stencil,
+    bodies: &[BodyPass],
+    fields: &mut Fields,
+) -> Option<usize> {
+    for_dimension!(dimension, gradient, stress_pass_in(stencil, bodies, fields))
+}
+
+/// Accelerations from the conjugates, and one Runge–Kutta stage.
+pub(crate) fn stage_pass(
+    dimension: usize,
+    gradient: Gradient,
+    stencil: &Stencil,
+    stage: &Stage,
+    fields: &mut Fields,
+) {
+    for_dimension!(dimension, gradient, stage_pass_in(stencil, stage, fields));
+}
+
+/// Internal accelerations (m/s²) from the conjugates alone, to a field of `D` components.
+pub(crate) fn acceleration_pass(
+    dimension: usize,
+    gradient: Gradient,
+    stencil: &Stencil,
+    fields: &Fields,
+    out: &mut Field,
+) {
+    for_dimension!(dimension, gradient, acceleration_pass_in(stencil, fields, out));
+}
+
+/// Calls `visit(slice, displacement gradient)` for every slice in order.
+pub(crate) fn visit_gradients<const D: usize>(
+    gradient: Gradient,
+    stencil: &Stencil,
+    fields: &Fields,
+    mut visit: impl FnMut(usize, &Tensor<D>),
+) {
+    // The dimension is known to the compiler twice, so the lanes are copied over.
+    let mut copy = |s: usize, l: &[[Lanes; 3]; 3]| visit(s, &from_fn(|i| from_fn(|j| l[i][j])));
+    for_dimension!(D, gradient, visit_gradients_in(stencil, fields, &mut copy));
+}
+
+fn stress_pass_in<const D: usize, const K: usize>(
+    stencil: &Stencil,
+    bodies: &[BodyPass],
+    fields: &mut Fields,
+) -> Option<usize> {
+    let pairs = Pairs { stencil, margin: stencil.margin };
+    let displacement = fields.displacement.components::<D>();
+    let mut conjugate = fields.conjugate.interior_rows_mut::<D, K>();
+    let mut failed = None;
+    for body in bodies {
+        let (own, rest) = split(conjugate, body.slices.len() * LANES);
+        conjugate = rest;
+        let leaf = |slices: Range<usize>, mut out: [[&mut [f64]; K]; D]| {
+            pulp::Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    with_law!(body.law, L => {
+                        stresses::<D, K, L>(pairs, &body.elasticity, &displacement, slices, &mut out)
+                    })
+                },
+            )
+        };
+        let found = in_tasks(body.slices.clone(), own, &leaf);
+        failed = failed.or(found);
+    }
+    failed
+}
+
+fn stage_pass_in<const D: usize, const K: usize>(stencil: &Stencil, stage: &Stage, fields: &mut Fields) {
+    let pairs = Pairs { stencil, margin: stencil.margin };
+    let conjugate = fields.conjugate.rows::<D, K>();
+    let external = fields.external.components::<D>();
+    let scale = fields.scale.component(0);
+    let [displacement] = fields.displacement.interior_rows_mut::<1, D>();
+    let [r0, r1, r2, r3, r4, r5, r6] = fields.step.interior_rows_mut::<{ row::COUNT }, D>();
+    let rows = [r0, r1, r2, r3, r4, r5, r6, displacement];
+    let leaf = |slices: Range<usize>, mut out: [[&mut [f64]; D]; row::COUNT + 1]| {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || integrate::<D, K>(pairs, stage, &conjugate, &external, scale, slices, &mut out),
+        );
+        None
+    };
+    in_tasks(0..stencil.slices.len(), rows, &leaf);
+}
+
+fn acceleration_pass_in<const D: usize, const K: usize>(stencil: &Stencil, fields: &Fields, out: &mut Field) {
+    let pairs = Pairs { stencil, margin: stencil.margin };
+    let (conjugate, scale) = (fields.conjugate.rows::<D, K>(), fields.scale.component(0));
+    let out = out.interior_mut::<D>();
+    for s in 0..stencil.slices.len() {
+        let acceleration = pairs.acceleration::<D, K>(s, &conjugate, scale);
+        for i in 0..D {
+            acceleration[i].store(out[i], s * LANES);
+        }
+    }
+}
+
+fn visit_gradients_in<const D: usize, const K: usize>(
+    stencil: &Stencil,
+    fields: &Fields,
+    visit: &mut impl FnMut(usize, &[[Lanes; 3]; 3]),
+) {
+    let pairs = Pairs { stencil, margin: stencil.margin };
+    let displacement = fields.displacement.components::<D>();
+    for s in 0..stencil.slices.len() {
+        let moments = pairs.moments::<D, K>(s, &displacement);
+        let constants = pairs.constants(s);
+        let l = displacement_gradient::<D, K>(&moments, constants);
+        let mut padded = [[Lanes::ZERO; 3]; 3];
+        for i in 0..D {
+            padded[i][..D].copy_from_slice(&l[i]);
+        }
+        visit(s, &padded);
+    }
+}
+
+#[inline(always)]
+fn stresses<const D: usize, const K: usize, L: ConstitutiveLaw>(
+    pairs: Pairs,
+    elasticity: &Elasticity,
+    displacement: &[&[f64]; D],
+    slices: Range<usize>,
+    out: &mut [[&mut [f64]; K]; D],
+) -> Option<usize> {
+    let mut failed = None;
+    for (n, s) in slices.enumerate() {
+        let moments = pairs.moments::<D, K>(s, displacement);
+        let constants = pairs.constants(s);
+        let l = displacement_gradient::<D, K>(&moments, constants);
+        let response = L::respond::<D>(elasticity, &l);
+        if !response.jacobian.all_positive() && failed.is_none() {
+            failed = Some(s);
+        }
+        // Q = P K⁻¹, so that the pair sum of Eq. (42) needs no matrix.
+        let q = product(&response.first_piola, &inverse_moment::<D>(constants));
+        for i in 0..D {
+            for k in 0..K {
+                q[i][k].store(out[i][k], n * LANES);
+            }
+        }
+    }
+    failed
+}
+
+#[inline(always)]
+fn integrate<const D: usize, const K: usize>(
+    pairs: Pairs,
+    stage: &Stage,
+    conjugate: &[[&[f64]; K]; D],
+    external: &[&[f64]; D],
+    scale: &[f64],
+    slices: Range<usize>,
+    out: &mut [[&mut [f64]; D]; row::COUNT + 1],
+) {
+    let [start_x, start_u, stage_u, sum_u, sum_a, work, dissipation, stage_x] = out;
+    for (n, s) in slices.enumerate() {
+        let (at, padded) = (n * LANES, pairs.margin + s * LANES);
+        let internal = pairs.acceleration::<D, K>(s, conjugate, scale);
+        for i in 0..D {
+            let u = Lanes::load(stage_u[i], at);
+            let mut a = internal[i];
+            if stage.loaded {
+                let given = Lanes::load(external[i], padded);
+                a += given;
+                (Lanes::load(work[i], at) + given * u * (stage.weight * stage.sixth)).store(work[i], at);
+            }
+            if stage.damping > 0.0 {
+                a = a - u * stage.damping;
+                let lost = u * u * (stage.damping * stage.weight * stage.sixth);
+                (Lanes::load(dissipation[i], at) + lost).store(dissipation[i], at);
+            }
+            let total_u = Lanes::load(sum_u[i], at) + u * stage.weight;
+            let total_a = Lanes::load(sum_a[i], at) + a * stage.weight;
+            let (x0, u0) = (Lanes::load(start_x[i], at), Lanes::load(start_u[i], at));
+            if let Some(to_next) = stage.to_next {
+                total_u.store(sum_u[i], at);
+                total_a.store(sum_a[i], at);
+                (x0 + u * to_next).store(stage_x[i], at);
+                (u0 + a * to_next).store(stage_u[i], at);
+            } else {
+                let (x, u) = (x0 + total_u * stage.sixth, u0 + total_a * stage.sixth);
+                Lanes::ZERO.store(sum_u[i], at);
+                Lanes::ZERO.store(sum_a[i], at);
+                x.store(start_x[i], at);
+                x.store(stage_x[i], at);
+                u.store(start_u[i], at);
+                u.store(stage_u[i], at);
+            }
+        }
+    }
+}
+
+/// The displacement gradient `L = A K⁻¹`, Eq. (41), from the moments `A = Σ_b (U_b − U_a) ⊗ V_b ∇₀W_ab`.
+#[inline(always)]
+fn displacement_gradient<const D: usize, const K: usize>(
+    moments: &[[Lanes; K]; D],
+    constants: &[f64],
+) -> Tensor<D> {
+    product(&from_fn(|i| from_fn(|j| moments[i][j])), &inverse_moment::<D>(constants))
+}
+
+/// `K⁻¹` from the upper triangle that the constants begin with.
+#[inline(always)]
+fn inverse_moment<const D: usize>(constants: &[f64]) -> Tensor<D> {
+    from_fn(|i| {
+        from_fn(|j| {
+            let (r, c) = (i.min(j), i.max(j));
+            Lanes::load(constants, (r * D - r * (r + 1) / 2 + c) * LANES)
+        })
+    })
+}
+
+impl<'a> Pairs<'a> {
+    #[inline(always)]
+    fn constants(&self, s: usize) -> &'a [f64] {
+        &self.stencil.constants[self.stencil.slices[s].constants..]
+    }
+
+    #[inline(always)]
+    fn weights<const K: usize>(&self, slice: &Slice) -> &'a [f64] {
+        let entries = (slice.entries.1 - slice.entries.0) as usize;
+        &self.stencil.weights[slice.weights..slice.weights + entries * K * LANES]
+    }
+
+    /// `Σ_b (U_b − U_a) φ_ab` for the basis functions `φ` of the slice's pairs.
+    #[inline(always)]
+    fn moments<const D: usize, const K: usize>(
+        &self,
+        s: usize,
+        displacement: &[&[f64]; D],
+    ) -> [[Lanes; K]; D] {
+        let slice = &self.stencil.slices[s];
+        let base = self.margin + s * LANES;
+        let own: [Lanes; D] = from_fn(|i| Lanes::load(displacement[i], base));
+        let mut sums = [[Lanes::ZERO; K]; D];
+        let weights = self.weights::<K>(slice).chunks_exact(K * LANES);
+        let range = slice.entries.0 as usize..slice.entries.1 as usize;
+        if slice.runs {
+            for (&offset, phi) in self.stencil.offsets[range].iter().zip(weights) {
+                let start = (base as i64 + i64::from(offset)) as usize;
+                let difference = from_fn(|i| Lanes::load(displacement[i], start) - own[i]);
+                add_moments::<D, K>(&mut sums, &difference, phi);
+            }
+        } else {
+            for (indices, phi) in self.stencil.indices[range].iter().zip(weights) {
+                let difference =
+                    from_fn(|i| Lanes::gather(&displacement[i][self.margin..], indices) - own[i]);
+                add_moments::<D, K>(&mut sums, &difference, phi);
+            }
+        }
+        sums
+    }
+
+    /// `scale_a Σ_b (Q_a + Q_b) φ_ab`, the pair sum of Eq. (42) with `Q = P K⁻¹`, `φ_ab = V_b ∇₀W_ab` and `scale = 1/ρ_s`.
+    #[inline(always)]
+    fn acceleration<const D: usize, const K: usize>(
+        &self,
+        s: usize,
+        conjugate: &[[&[f64]; K]; D],
+        scale: &[f64],
+    ) -> [Lanes; D] {
+        let slice = &self.stencil.slices[s];
+        let base = self.margin + s * LANES;
+        let own: [[Lanes; K]; D] = from_fn(|i| from_fn(|k| Lanes::load(conjugate[i][k], base)));
+        let mut sums = [Lanes::ZERO; D];
+        let weights = self.weights::<K>(slice).chunks_exact(K * LANES);
+        let range = slice.entries.0 as usize..slice.entries.1 as usize;
+        if slice.runs {
+            for (&offset, phi) in self.stencil.offsets[range].iter().zip(weights) {
+                let start = (base as i64 + i64::from(offset)) as usize;
+                for k in 0..K {
+                    let w = Lanes::load(phi, k * LANES);
+                    for i in 0..D {
+                        sums[i] += (own[i][k] + Lanes::load(conjugate[i][k], start)) * w;
+                    }
+                }
+            }
+        } else {
+            for (indices, phi) in self.stencil.indices[range].iter().zip(weights) {
+                for k in 0..K {
+                    let w = Lanes::load(phi, k * LANES);
+                    for i in 0..D {
+                        let other = Lanes::gather(&conjugate[i][k][self.margin..], indices);
+                        sums[i] += (own[i][k] + other) * w;
+                    }
+                }
+            }
+        }
+        let scale = Lanes::load(scale, base);
+        sums.map(|sum| sum * scale)
+    }
+}
+
+#[inline(always)]
+fn add_moments<const D: usize, const K: usize>(
+    sums: &mut [[Lanes; K]; D],
+    difference: &[Lanes; D],
+    phi: &[f64],
+) {
+    for k in 0..K {
+        let w = Lanes::load(phi, k * LANES);
+        for i in 0..D {
+            sums[i][k] += difference[i] * w;
+        }
+    }
+}
+
+/// Works on all slices, on several threads where there are many, each task with its own part of the output; gives the first
+/// result in the order of the slices.
+fn in_tasks<const N: usize, const M: usize>(
+    slices: Range<usize>,
+    out: [[&mut [f64]; N]; M],
+    leaf: &(impl Fn(Range<usize>, [[&mut [f64]; N]; M]) -> Option<usize> + Sync),
+) -> Option<usize> {
+    let count = slices.len();
+    if count < PARALLEL_SLICES || rayon::current_num_threads() == 1 {
+        return leaf(slices, out);
+    }
+    let half = count / 2;
+    let (first, second) = split(out, half * LANES);
+    let middle = slices.start + half;
+    let (a, b) = rayon::join(
+        || in_tasks(slices.start..middle, first, leaf),
+        || in_tasks(middle..slices.end, second, leaf),
+    );
+    a.or(b)
+}
+
+type Parts<'a, const N: usize, const M: usize> = [[&'a mut [f64]; N]; M];
+
+/// Every slice of the arrays in two at `at`.
+fn split<const N: usize, const M: usize>(all: Parts<N, M>, at: usize) -> (Parts<N, M>, Parts<N, M>) {
+    let mut second: Parts<N, M> = from_fn(|_| from_fn(|_| Default::default()));
+    let mut r = 0;
+    let first = all.map(|row| {
+        let mut c = 0;
+        let row = row.map(|whole| {
+            let (head, tail) = whole.split_at_mut(at);
+            second[r][c] = tail;
+            c += 1;
+            head
+        });
+        r += 1;
+        row
+    });
+    (first, second)
+}

@@ -1,0 +1,51 @@
+//! The paper's law: Hooke's law between Cauchy stress and Almansi strain.
+
+use super::{ConstitutiveLaw, Elasticity, Response};
+use crate::lanes::{Lanes, Tensor, cofactor, green_lagrange, plus_identity, product, transposed_product};
+
+/// `σ = λ tr(ε) I + 2 μ ε` with the Almansi strain `ε = F⁻ᵀ E F⁻¹`, Eqs. (37)–(41), and `P = J σ F⁻ᵀ`, Eq. (34)
+/// (the paper prints `F⁻¹` there, and `F⁻ᵀ E Eᵀ` in Eq. (39), which do not transform as these tensors must).
+///
+/// The law has no potential at finite strain; the energy reported is `½ J σ : ε`, its value at small strain.
+pub(crate) struct AlmansiHooke;
+
+/// Cofactor of `F`, `J` and the Almansi strain.
+#[inline(always)]
+fn kinematics<const D: usize>(l: &Tensor<D>) -> (Tensor<D>, Lanes, Tensor<D>) {
+    let (cofactor, jacobian) = cofactor(&plus_identity(l));
+    let scale = jacobian.recip();
+    let inverse_transposed = cofactor.map(|row| row.map(|c| c * scale));
+    let half = product(&inverse_transposed, &green_lagrange(l));
+    // F⁻ᵀ E F⁻¹ = (F⁻ᵀ E) (F⁻ᵀ)ᵀ
+    let strain = std::array::from_fn(|i| {
+        std::array::from_fn(|j| {
+            let mut sum = half[i][0] * inverse_transposed[j][0];
+            for k in 1..D {
+                sum += half[i][k] * inverse_transposed[j][k];
+            }
+            sum
+        })
+    });
+    (cofactor, jacobian, strain)
+}
+
+impl ConstitutiveLaw for AlmansiHooke {
+    #[inline(always)]
+    fn respond<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Response<D> {
+        let (cofactor, jacobian, strain) = kinematics(l);
+        Response { first_piola: product(&elasticity.hooke(&strain), &cofactor), jacobian }
+    }
+
+    #[inline(always)]
+    fn energy<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Lanes {
+        let (_, jacobian, strain) = kinematics(l);
+        let work = transposed_product(&elasticity.hooke(&strain), &strain);
+        crate::lanes::trace(&work) * jacobian * 0.5
+    }
+
+    #[inline(always)]
+    fn out_of_plane<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Lanes {
+        let lambda = if elasticity.plane_stress { 0.0 } else { elasticity.lambda };
+        crate::lanes::trace(&kinematics(l).2) * lambda
+    }
+}

@@ -1,0 +1,168 @@
+use super::*;
+use crate::lanes::{LANES, green_lagrange, plus_identity};
+use sph::{Matrix, tensor};
+
+fn tensor_of(m: [[f64; 2]; 2]) -> Tensor<2> {
+    m.map(|row| row.map(Lanes::splat))
+}
+
+fn elasticity(plane: Plane) -> Elasticity {
+    let material = Material { law: Law::AlmansiHooke, plane, youngs_modulus: 12.0, poissons_ratio: 0.4 };
+    material.elasticity::<2>()
+}
+
+const LAWS: [Law; 3] = [Law::AlmansiHooke, Law::StVenantKirchhoff, Law::NeoHookean];
+
+fn stress(law: Law, e: &Elasticity, l: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    let p = with_law!(law, L => L::respond(e, &tensor_of(l)).first_piola);
+    p.map(|row| row.map(|c| c.0[LANES - 1]))
+}
+
+fn energy(law: Law, e: &Elasticity, l: [[f64; 2]; 2]) -> f64 {
+    with_law!(law, L => L::energy(e, &tensor_of(l)).0[0])
+}
+
+/// E = 12, ν = 0.4: λ = 12·0.4/(1.4·0.2) = 120/7, μ = 12/2.8 = 30/7.
+#[test]
+fn st_venant_kirchhoff_of_a_uniaxial_stretch_by_hand() {
+    let p = stress(Law::StVenantKirchhoff, &elasticity(Plane::Strain), [[0.5, 0.0], [0.0, 0.0]]);
+    // E_xx = 0.625; S_xx = (λ + 2μ) 0.625 = 112.5/7... P_xx = 1.5 S_xx, P_yy = λ 0.625.
+    assert!((p[0][0] - 1.5 * 180.0 / 7.0 * 0.625).abs() < 1e-13);
+    assert!((p[1][1] - 120.0 / 7.0 * 0.625).abs() < 1e-13);
+    assert_eq!((p[0][1], p[1][0]), (0.0, 0.0));
+}
+
+#[test]
+fn almansi_hooke_of_a_uniaxial_stretch_by_hand() {
+    let p = stress(Law::AlmansiHooke, &elasticity(Plane::Strain), [[1.0, 0.0], [0.0, 0.0]]);
+    // F = diag(2, 1): ε_xx = 1.5/4 = 0.375, J = 2: P_xx = 2 (λ + 2μ) 0.375 / 2, P_yy = 2 λ 0.375.
+    assert!((p[0][0] - 180.0 / 7.0 * 0.375).abs() < 1e-13);
+    assert!((p[1][1] - 2.0 * 120.0 / 7.0 * 0.375).abs() < 1e-13);
+}
+
+/// A stretch of 1e-6: laws differ by the strain squared times the stiffness, 25·1e-12.
+#[test]
+fn all_laws_agree_at_small_strain() {
+    for plane in [Plane::Strain, Plane::Stress] {
+        let e = elasticity(plane);
+        let l = [[1e-6, 3e-7], [-2e-7, -5e-7]];
+        let reference = stress(Law::StVenantKirchhoff, &e, l);
+        for law in LAWS {
+            let p = stress(law, &e, l);
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                assert!((p[i][j] - reference[i][j]).abs() < 2e-10, "{law:?} {plane:?} {p:?} {reference:?}");
+            }
+        }
+    }
+}
+
+/// In plane stress a stretch ε in x with free sides gives σ = E ε: choose ε_yy = −ν ε.
+#[test]
+fn plane_stress_has_youngs_modulus() {
+    let strain = 1e-7;
+    for law in LAWS {
+        let p = stress(law, &elasticity(Plane::Stress), [[strain, 0.0], [0.0, -0.4 * strain]]);
+        assert!((p[0][0] / strain - 12.0).abs() < 1e-5, "{law:?}: {p:?}");
+        assert!((p[1][1] / strain).abs() < 1e-5, "{law:?}: {p:?}");
+    }
+}
+
+/// Rotations by any angle: stresses at round-off of the stiffness, 30·1e-16 times a few operations.
+#[test]
+fn a_rigid_rotation_gives_no_stress() {
+    for law in LAWS {
+        for plane in [Plane::Strain, Plane::Stress] {
+            for angle in [0.3_f64, 1.7, 3.0, -2.2] {
+                let (s, c) = angle.sin_cos();
+                let p = stress(law, &elasticity(plane), [[c - 1.0, -s], [s, c - 1.0]]);
+                assert!(p.as_flattened().iter().all(|v| v.abs() < 1e-13), "{law:?} {p:?}");
+            }
+        }
+    }
+}
+
+/// Central differences of the energy at large strain: truncation about step² = 1e-10, rounding 1e-16/1e-5.
+#[test]
+fn stress_is_the_derivative_of_the_energy_where_the_law_has_one() {
+    let step = 1e-5;
+    let l = [[0.3, 0.2], [-0.4, -0.1]];
+    for law in [Law::StVenantKirchhoff, Law::NeoHookean] {
+        for plane in [Plane::Strain, Plane::Stress] {
+            let e = elasticity(plane);
+            let p = stress(law, &e, l);
+            for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+                let (mut plus, mut minus) = (l, l);
+                plus[i][j] += step;
+                minus[i][j] -= step;
+                let slope = (energy(law, &e, plus) - energy(law, &e, minus)) / (2.0 * step);
+                assert!((slope - p[i][j]).abs() < 1e-7, "{law:?} {plane:?} ({i}, {j}): {slope} {p:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn laws_in_three_dimensions_reduce_to_plane_strain() {
+    for law in LAWS {
+        let material = Material { law, plane: Plane::Strain, youngs_modulus: 12.0, poissons_ratio: 0.4 };
+        let (e2, e3) = (material.elasticity::<2>(), material.elasticity::<3>());
+        let l2 = [[0.1, 0.2], [-0.05, -0.1]];
+        let mut l3 = [[0.0; 3]; 3];
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            l3[i][j] = l2[i][j];
+        }
+        let l3 = l3.map(|row| row.map(Lanes::splat));
+        let p2 = stress(law, &e2, l2);
+        let (p3, out_of_plane, w3, jacobian) = with_law!(law, L => {
+            let r = L::respond(&e3, &l3);
+            (r.first_piola, L::out_of_plane(&e2, &tensor_of(l2)), L::energy(&e3, &l3), r.jacobian)
+        });
+        for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            assert!((p3[i][j].0[0] - p2[i][j]).abs() < 1e-13);
+        }
+        // P_zz = J σ_zz with F_zz = 1.
+        assert!((p3[2][2].0[0] - jacobian.0[0] * out_of_plane.0[0]).abs() < 1e-13);
+        assert!((w3.0[0] - energy(law, &e2, l2)).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn neo_hookean_plane_stress_holds_at_large_stretch() {
+    let e = elasticity(Plane::Stress);
+    for stretch in [0.55, 0.8, 1.5, 2.0] {
+        // Uniaxial tension: find the side's stretch with no side stress; then P_xx is below E·strain for rubber in tension.
+        let (mut low, mut high) = (0.2, 3.0);
+        for _ in 0..80 {
+            let middle: f64 = 0.5 * (low + high);
+            let side = stress(Law::NeoHookean, &e, [[stretch - 1.0, 0.0], [0.0, middle - 1.0]])[1][1];
+            if side > 0.0 { high = middle } else { low = middle }
+        }
+        // Isotropy: the stretch out of the plane must equal that of the free side, so ψ of diag(a, b, b) in 3-D has ∂ψ/∂b = 0.
+        let material = Material {
+            law: Law::NeoHookean,
+            plane: Plane::Strain,
+            youngs_modulus: 12.0,
+            poissons_ratio: 0.4,
+        };
+        let diagonal = [stretch - 1.0, low - 1.0, low - 1.0];
+        let l: Tensor<3> = std::array::from_fn(|i| {
+            std::array::from_fn(|j| Lanes::splat(if i == j { diagonal[i] } else { 0.0 }))
+        });
+        let p = NeoHookean::respond(&material.elasticity::<3>(), &l).first_piola;
+        assert!(p[2][2].0[0].abs() < 1e-12 && p[1][1].0[0].abs() < 1e-12, "{stretch}: {p:?}");
+    }
+}
+
+/// σ = P Fᵀ / J is symmetric for every law at any deformation: angular momentum is kept.
+#[test]
+fn cauchy_stress_is_symmetric() {
+    let l = [[0.3, 0.7], [-0.4, -0.2]];
+    let f = Matrix::<2>::new(1.3, 0.7, -0.4, 0.8);
+    for law in LAWS {
+        let p = stress(law, &elasticity(Plane::Strain), l);
+        let sigma = Matrix::<2>::from_fn(|i, j| p[i][j]) * f.transpose() / tensor::determinant(&f);
+        assert!((sigma[(0, 1)] - sigma[(1, 0)]).abs() < 1e-13, "{law:?}");
+    }
+    assert_eq!(plus_identity(&tensor_of(l))[0][0].0[0], 1.3);
+    assert!((green_lagrange(&tensor_of(l))[1][1].0[0] - (0.5 * (0.49 + 0.64) - 0.5)).abs() < 1e-15);
+}

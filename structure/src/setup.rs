@@ -1,0 +1,203 @@
+//! What a structure is made of: bodies, loads and options, and the checks on them.
+
+use crate::load::DeadLoad;
+use crate::material::Material;
+use crate::{ErrorKind, SetupError};
+use sph::Vector;
+use sph::lattice::Lattice;
+
+/// The discrete gradient in the reference configuration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Gradient {
+    /// The paper's kernel gradient corrected to first order, Eqs. (35), (36), (42).
+    #[default]
+    FirstOrder,
+}
+
+impl Gradient {
+    /// Smoothing length over spacing where none is given: the paper's.
+    pub fn default_smoothing_ratio(self) -> f64 {
+        match self {
+            Self::FirstOrder => 1.2,
+        }
+    }
+}
+
+/// One of the two sides of a box along an axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The side of the smaller coordinate.
+    Low,
+    /// The side of the larger coordinate.
+    High,
+}
+
+/// One elastic body: particles with their volumes, all of one material. Particles see those of their own body only.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body<const D: usize> {
+    /// Reference positions `X` (m).
+    pub positions: Vec<Vector<D>>,
+    /// Reference volumes `V` (m³), none negative; only clamped particles may have none.
+    pub volumes: Vec<f64>,
+    /// Cell edge along each axis (m): the particle spacing.
+    pub cell: Vector<D>,
+    /// Whether the particle is fixed. Fixed particles take part fully in `K`, `F` and `P`.
+    pub clamped: Vec<bool>,
+    /// Material.
+    pub material: Material,
+    /// Reference density `ρ_s` (kg/m³).
+    pub density: f64,
+}
+
+impl<const D: usize> Body<D> {
+    /// A free box from `low` to `high` (m) on a lattice of cells near `spacing` (m) that tile it.
+    pub fn block(low: Vector<D>, high: Vector<D>, spacing: f64, material: Material, density: f64) -> Self {
+        let lattice = Lattice::fill_box(low, high, spacing);
+        let count = lattice.positions.len();
+        Self {
+            volumes: vec![lattice.cell_volume(); count],
+            cell: lattice.cell,
+            positions: lattice.positions,
+            clamped: vec![false; count],
+            material,
+            density,
+        }
+    }
+
+    /// Clamps the face of a box: adds `rows` rows of fixed particles beyond it, each a copy of the row at the face moved out.
+    /// The first-order gradient wants as many rows as its support is wide, see [`Body::rows_for_clamp`].
+    #[must_use]
+    pub fn with_fixed_rows(mut self, axis: usize, side: Side, rows: usize) -> Self {
+        let edge = self.positions.iter().map(|p| p[axis]);
+        let face = match side {
+            Side::Low => edge.fold(f64::INFINITY, f64::min),
+            Side::High => edge.fold(f64::NEG_INFINITY, f64::max),
+        };
+        let outward = if side == Side::Low { -self.cell[axis] } else { self.cell[axis] };
+        let at_face: Vec<usize> = (0..self.positions.len())
+            .filter(|&i| (self.positions[i][axis] - face).abs() < 0.25 * self.cell[axis])
+            .collect();
+        for row in 1..=rows {
+            for &i in &at_face {
+                let mut position = self.positions[i];
+                position[axis] += row as f64 * outward;
+                self.positions.push(position);
+                self.volumes.push(self.volumes[i]);
+                self.clamped.push(true);
+            }
+        }
+        self
+    }
+
+    /// Rows of fixed particles as deep as the support of a kernel with this ratio of smoothing length to spacing.
+    pub fn rows_for_clamp(smoothing_ratio: f64) -> usize {
+        (2.0 * smoothing_ratio).ceil() as usize
+    }
+
+    /// Mean of the cell's edges (m): the spacing that smoothing lengths refer to.
+    pub fn spacing(&self) -> f64 {
+        self.cell.mean()
+    }
+}
+
+/// Everything a structure is made of.
+#[derive(Clone, Debug)]
+pub struct Setup<const D: usize> {
+    /// The bodies. Particles are counted through them in this order.
+    pub bodies: Vec<Body<D>>,
+    /// Gravity (m/s²).
+    pub gravity: Vector<D>,
+    /// Dead loads.
+    pub dead_loads: Vec<DeadLoad<D>>,
+    /// Discrete gradient.
+    pub gradient: Gradient,
+    /// Smoothing length over spacing, where not the gradient's own.
+    pub smoothing_ratio: Option<f64>,
+    /// Viscous damping `c` (1/s): the acceleration `−c u`. Zero: none.
+    pub damping: f64,
+    /// Coefficient of the hourglass control of Ganzenmüller 2015. Zero: none.
+    pub hourglass: f64,
+}
+
+impl<const D: usize> Setup<D> {
+    /// Bodies without loads, with the paper's operator and no option on.
+    pub fn new(bodies: Vec<Body<D>>) -> Self {
+        Self {
+            bodies,
+            gravity: Vector::zeros(),
+            dead_loads: Vec::new(),
+            gradient: Gradient::default(),
+            smoothing_ratio: None,
+            damping: 0.0,
+            hourglass: 0.0,
+        }
+    }
+
+    /// Smoothing length over spacing that will be used.
+    pub fn smoothing_ratio(&self) -> f64 {
+        self.smoothing_ratio.unwrap_or_else(|| self.gradient.default_smoothing_ratio())
+    }
+
+    /// Finds all mistakes.
+    pub(crate) fn check(&self) -> Result<(), SetupError> {
+        let mut mistakes = Vec::new();
+        if self.bodies.iter().all(|b| b.clamped.iter().all(|&c| c)) {
+            mistakes.push(ErrorKind::NothingToMove);
+        }
+        let mut first = 0;
+        for (index, body) in self.bodies.iter().enumerate() {
+            check_body(index, first, body, &mut mistakes);
+            first += body.positions.len();
+        }
+        let mut positive = |name: &'static str, value: f64, zero_allowed: bool| {
+            if !value.is_finite() || value < 0.0 || (value == 0.0 && !zero_allowed) {
+                mistakes.push(ErrorKind::Option { name, value });
+            }
+        };
+        positive("smoothing_ratio", self.smoothing_ratio(), false);
+        positive("damping", self.damping, true);
+        positive("hourglass", self.hourglass, true);
+        if !self.gravity.iter().all(|g| g.is_finite()) {
+            mistakes.push(ErrorKind::Option { name: "gravity", value: f64::NAN });
+        }
+        for (load, dead) in self.dead_loads.iter().enumerate() {
+            if let Some(&(particle, _)) = dead.particles.iter().find(|(p, _)| *p >= first) {
+                mistakes.push(ErrorKind::LoadedParticle { load, particle, count: first });
+            }
+        }
+        if mistakes.is_empty() { Ok(()) } else { Err(SetupError { mistakes }) }
+    }
+}
+
+fn check_body<const D: usize>(index: usize, first: usize, body: &Body<D>, mistakes: &mut Vec<ErrorKind>) {
+    let count = body.positions.len();
+    if body.volumes.len() != count || body.clamped.len() != count {
+        mistakes.push(ErrorKind::Lengths {
+            body: index,
+            positions: count,
+            volumes: body.volumes.len(),
+            clamped: body.clamped.len(),
+        });
+        return;
+    }
+    let mut number = |name: &'static str, value: f64, good: bool| {
+        if !good {
+            mistakes.push(ErrorKind::Number { body: index, name, value });
+        }
+    };
+    let m = &body.material;
+    number("density", body.density, body.density > 0.0 && body.density.is_finite());
+    number("youngs_modulus", m.youngs_modulus, m.youngs_modulus > 0.0 && m.youngs_modulus.is_finite());
+    number("poissons_ratio", m.poissons_ratio, m.poissons_ratio > -1.0 && m.poissons_ratio < 0.5);
+    for &edge in &body.cell {
+        number("cell", edge, edge > 0.0 && edge.is_finite());
+    }
+    for i in 0..count {
+        let volume = body.volumes[i];
+        let enough = volume > 0.0 || (volume == 0.0 && body.clamped[i]);
+        if !(enough && volume.is_finite() && body.positions[i].iter().all(|x| x.is_finite())) {
+            mistakes.push(ErrorKind::Particle { body: index, particle: first + i, volume });
+            return;
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! The stable step from the operator itself: its largest frequency by Lanczos iteration.
+
+use crate::field::Field;
+use crate::kernels;
+use crate::structure::Structure;
+use sph::Vector;
+
+/// Fourth-order Runge–Kutta is stable on the imaginary axis up to `ω Δt = 2√2` (Hairer and Wanner 1996, §IV.2).
+const RUNGE_KUTTA_LIMIT: f64 = 2.0 * std::f64::consts::SQRT_2;
+
+/// Fraction of the limit that is allowed: the largest frequency rises with deformation, and the iteration finds it from below.
+pub const SAFETY: f64 = 0.9;
+
+/// Lanczos vectors. The largest Ritz value is then within 1e-3 of the eigenvalue on lattices of 10² to 10⁵ particles.
+const ITERATIONS: usize = 40;
+
+/// Largest displacement (fraction of the spacing) of the finite difference that stands for the linearised operator.
+const PROBE: f64 = 1e-5;
+
+impl<const D: usize> Structure<D> {
+    /// The stable step (s): [`SAFETY`] times `2√2/ω_max`, at rest in the reference configuration; with damping `c` the limit on the real axis,
+    /// `2.78/c`, is kept too.
+    pub fn stable_time_step(&self) -> f64 {
+        self.stable_time_step
+    }
+
+    /// The largest angular frequency `ω_max` (rad/s) of the linearised structure at rest.
+    pub(crate) fn stable_time_step_at_rest(&mut self) -> f64 {
+        let spacing = self.setup.bodies.iter().map(|b| b.spacing()).fold(f64::INFINITY, f64::min);
+        let omega = self.largest_frequency(PROBE * spacing);
+        let step = SAFETY * RUNGE_KUTTA_LIMIT / omega;
+        if self.setup.damping > 0.0 { step.min(SAFETY * 2.78 / self.setup.damping) } else { step }
+    }
+
+    /// Lanczos on `−∂a/∂x`, which is symmetric in the product weighted with the masses; with `y = √m v` in the usual one.
+    fn largest_frequency(&mut self, amplitude: f64) -> f64 {
+        let free: Vec<(usize, f64)> = self
+            .numbering
+            .pairs()
+            .filter(|&(user, _)| !self.clamped[user])
+            .map(|(user, internal)| (internal, self.masses[user].sqrt()))
+            .collect();
+        let count = free.len() * D;
+        let mut scratch = Field::new(D, self.stencil.margin, self.numbering.count());
+        let mut v = rough_start(count);
+        let mut previous = vec![0.0; count];
+        let (mut diagonal, mut off_diagonal) = (Vec::new(), Vec::new());
+        let mut beta = 0.0;
+        for _ in 0..ITERATIONS.min(count) {
+            let mut w = self.stiffness_times(&v, &free, amplitude, &mut scratch);
+            let alpha = dot(&v, &w);
+            for i in 0..count {
+                w[i] -= alpha * v[i] + beta * previous[i];
+            }
+            diagonal.push(alpha);
+            beta = dot(&w, &w).sqrt();
+            if beta <= 1e-9 * alpha.abs() {
+                break;
+            }
+            off_diagonal.push(beta);
+            w.iter_mut().for_each(|x| *x /= beta);
+            previous = std::mem::replace(&mut v, w);
+        }
+        let size = diagonal.len();
+        let matrix = nalgebra::DMatrix::from_fn(size, size, |i, j| match i.abs_diff(j) {
+            0 => diagonal[i],
+            1 => off_diagonal[i.min(j)],
+            _ => 0.0,
+        });
+        matrix.symmetric_eigenvalues().max().max(f64::MIN_POSITIVE).sqrt()
+    }
+
+    /// `√m (−∂a/∂x) v/√m` by central differences about rest.
+    fn stiffness_times(
+        &mut self,
+        v: &[f64],
+        free: &[(usize, f64)],
+        amplitude: f64,
+        scratch: &mut Field,
+    ) -> Vec<f64> {
+        let displacement = |n: usize| Vector::<D>::from_fn(|i, _| v[n * D + i] / free[n].1);
+        let largest = (0..free.len()).map(|n| displacement(n).amax()).fold(0.0, f64::max);
+        let step = amplitude / largest.max(f64::MIN_POSITIVE);
+        let mut out = vec![0.0; v.len()];
+        for sign in [1.0, -1.0] {
+            self.fields.displacement.clear();
+            for (n, &(internal, _)) in free.iter().enumerate() {
+                self.fields.displacement.set_vector(internal, &(displacement(n) * (sign * step)));
+            }
+            self.stresses();
+            kernels::acceleration_pass(D, self.setup.gradient, &self.stencil, &self.fields, scratch);
+            for (n, &(internal, root_mass)) in free.iter().enumerate() {
+                let a = scratch.vector::<D>(internal);
+                for i in 0..D {
+                    out[n * D + i] -= sign * a[i] * root_mass / (2.0 * step);
+                }
+            }
+        }
+        self.fields.displacement.clear();
+        out
+    }
+}
+
+/// A unit vector with all frequencies in it, the same at every run.
+fn rough_start(count: usize) -> Vec<f64> {
+    let mut seed = 0x9e37_79b9_7f4a_7c15_u64;
+    let mut v: Vec<f64> = (0..count)
+        .map(|_| {
+            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (seed >> 33) as f64 / (1u64 << 30) as f64 - 1.0
+        })
+        .collect();
+    let norm = dot(&v, &v).sqrt();
+    v.iter_mut().for_each(|x| *x /= norm);
+    v
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    sph::parallel::sum(a.len(), |i| a[i] * b[i])
+}

@@ -1,0 +1,58 @@
+//! The state of a structure: plain arrays, to keep, compare, send and restore.
+
+use sph::Vector;
+
+/// Positions, velocities and energies at one time, particles in the order of the setup.
+#[derive(Clone, Debug, PartialEq)]
+pub struct State<const D: usize> {
+    /// Time (s).
+    pub time: f64,
+    /// Positions `x` (m).
+    pub positions: Vec<Vector<D>>,
+    /// Velocities `u` (m/s); zero for clamped particles.
+    pub velocities: Vec<Vector<D>>,
+    /// Energies.
+    pub energy: Energy,
+}
+
+/// Energies and works (J; in two dimensions for one metre of depth).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// Kinetic energy of the free particles.
+    pub kinetic: f64,
+    /// Strain energy.
+    pub strain: f64,
+    /// Work that gravity, dead loads and the fluid's load have done since the start.
+    pub load_work: f64,
+    /// Energy that damping has taken since the start.
+    pub dissipated: f64,
+}
+
+impl Energy {
+    /// `kinetic + strain + dissipated − load work`: constant up to the error of the time integration, for laws with a potential.
+    pub fn balance(&self) -> f64 {
+        self.kinetic + self.strain + self.dissipated - self.load_work
+    }
+}
+
+/// What one call of [`crate::Structure::advance`] did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Report {
+    /// Sub-steps taken.
+    pub sub_steps: usize,
+    /// Their length (s).
+    pub sub_step: f64,
+}
+
+/// Derived fields, particles in the order of the setup.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Derived<const D: usize> {
+    /// Cauchy stress `σ` (Pa).
+    pub cauchy_stress: Vec<sph::Matrix<D>>,
+    /// Von Mises stress (Pa), with the stress out of the plane.
+    pub von_mises: Vec<f64>,
+    /// Strain energy a reference volume (J/m³).
+    pub strain_energy_density: Vec<f64>,
+    /// Deformation gradient `F`.
+    pub deformation_gradient: Vec<sph::Matrix<D>>,
+}
