@@ -1,0 +1,77 @@
+//! Values at points, and forces on walls.
+
+use crate::neighbourhood::Neighbourhood;
+use crate::state::State;
+use crate::time_step::Fluid;
+use sph::kernel::CubicSpline;
+use sph::neighbours::CellGrid;
+use sph::{Matrix, Vector, tensor};
+
+/// Interpolation of a state's fields at any points.
+pub struct Probe<'a, const D: usize> {
+    state: &'a State<D>,
+    kernel: CubicSpline<D>,
+    grid: CellGrid<D>,
+}
+
+/// Values at a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeValue<const D: usize> {
+    /// Pressure (Pa).
+    pub pressure: f64,
+    /// Velocity (m/s).
+    pub velocity: Vector<D>,
+    /// Whether any fluid is within reach: without, the values are zero.
+    pub wet: bool,
+}
+
+impl<const D: usize> Fluid<D> {
+    /// Bins a state's particles for probing.
+    pub fn probe<'a>(&self, state: &'a State<D>) -> Probe<'a, D> {
+        Probe { state, kernel: self.kernel, grid: CellGrid::new(&state.positions, self.kernel.support()) }
+    }
+
+    /// Force (N) of the fluid on a named part of the walls in the last step: the transpose of the divergence, contact and friction.
+    pub fn wall_force(&self, name: &str) -> Option<Vector<D>> {
+        self.walls.part(name).map(|part| self.scratch.wall_forces.get(part).copied().unwrap_or_else(Vector::zeros))
+    }
+
+    /// Lists and sums of the last step, on the positions it started from.
+    pub fn neighbourhood(&self) -> &Neighbourhood<D> {
+        &self.scratch.neighbourhood
+    }
+}
+
+impl<const D: usize> Probe<'_, D> {
+    /// Weighted least squares of a linear field, `Σ W (f_b − f(r))² → min`; the mean where neighbours do not span the space.
+    pub fn at(&self, point: &Vector<D>) -> ProbeValue<D> {
+        let positions = &self.state.positions;
+        let (mut weight, mut lean) = (0.0, Vector::<D>::zeros());
+        let mut spread = Matrix::<D>::zeros();
+        self.grid.for_each_near(point, positions, |b| {
+            let r = positions[b as usize] - point;
+            let w = self.kernel.value(r.norm());
+            weight += w;
+            lean += r * w;
+            spread += tensor::outer(&r, &r) * w;
+        });
+        if weight == 0.0 {
+            return ProbeValue { pressure: 0.0, velocity: Vector::zeros(), wet: false };
+        }
+        // The value at r of the fitted field is Σ W (1 − l·(r_b − r)) f_b / Σ W (1 − l·(r_b − r)) with spread·l = lean.
+        let h = self.kernel.smoothing_length();
+        let spanned = tensor::smallest_eigenvalue(&spread) > 0.02 * weight * h * h;
+        let slope = if spanned { tensor::inverse(&spread).map_or(Vector::zeros(), |m| m * lean) } else { Vector::zeros() };
+        let scale = weight - slope.dot(&lean);
+        let (slope, scale) = if scale > 0.1 * weight { (slope, scale) } else { (Vector::zeros(), weight) };
+        let (mut pressure, mut velocity) = (0.0, Vector::zeros());
+        self.grid.for_each_near(point, positions, |b| {
+            let b = b as usize;
+            let r = positions[b] - point;
+            let w = self.kernel.value(r.norm()) * (1.0 - slope.dot(&r)) / scale;
+            pressure += self.state.pressures[b] * w;
+            velocity += self.state.velocities[b] * w;
+        });
+        ProbeValue { pressure, velocity, wet: true }
+    }
+}

@@ -1,0 +1,81 @@
+//! Free-surface detection on a lattice block.
+
+use fluid::SurfaceClass;
+use fluid::neighbourhood::{Bodies, Neighbourhood};
+use fluid::surface::{Surface, smoothing};
+use sph::Vector;
+use sph::kernel::CubicSpline;
+use sph::lattice::Lattice;
+use sph::neighbours::CellGrid;
+
+#[test]
+fn smoothing_runs_from_surface_to_interior_with_the_factor_pi() {
+    assert_eq!(smoothing(0.6, (0.7, 0.8)), 0.0);
+    assert_eq!(smoothing(0.81, (0.7, 0.8)), 1.0);
+    assert!((smoothing(0.75, (0.7, 0.8)) - 0.5).abs() < 1e-12);
+    // A quarter of the way: ½ (1 − cos(π/4)).
+    assert!((smoothing(0.725, (0.7, 0.8)) - 0.5 * (1.0 - 0.5f64.sqrt())).abs() < 1e-12);
+}
+
+/// Neighbourhood and surface of points without bodies, unit spacing.
+fn detect<const D: usize>(points: &[Vector<D>]) -> (Neighbourhood<D>, Surface<D>) {
+    let kernel = CubicSpline::new(1.2);
+    let none = CellGrid::new(&[], 2.4);
+    let bodies = Bodies {
+        wall_positions: &[],
+        wall_volumes: &[],
+        wall_grid: &none,
+        structure_positions: &[],
+        structure_volumes: &[],
+    };
+    let (mut neighbourhood, mut surface) = (Neighbourhood::default(), Surface::default());
+    neighbourhood.update(&kernel, 1.0, 1.0, points, &bodies);
+    let mut corrections = Vec::new();
+    neighbourhood.corrections(0.25, &mut corrections);
+    surface.detect(&neighbourhood, &corrections, points, (0.8, 0.9), 1.2);
+    (neighbourhood, surface)
+}
+
+fn block_classes<const D: usize>(side: usize) {
+    let high = Vector::repeat(side as f64);
+    let mut points = Lattice::<D>::fill_box(Vector::zeros(), high, 1.0).positions;
+    let count = points.len();
+    points.push(Vector::repeat(3.0 * side as f64));
+    let (_, surface) = detect(&points);
+    for (a, p) in points.iter().enumerate().take(count) {
+        let layer = p.iter().map(|x| (x - 0.5).min(side as f64 - 0.5 - x) as usize).min().unwrap();
+        let expected =
+            [SurfaceClass::Surface, SurfaceClass::NearSurface, SurfaceClass::Interior][layer.min(2)];
+        assert_eq!(surface.classes[a], expected, "{p} in layer {layer}");
+        assert_eq!(surface.free[a], layer > 0);
+        if layer == 0 {
+            // Outward: away from the middle along the axes where it stands outermost.
+            let middle = Vector::repeat(0.5 * side as f64);
+            assert!(surface.normals[a].dot(&(p - middle)) > 0.0);
+        }
+    }
+    assert_eq!(surface.classes[count], SurfaceClass::Splash);
+    assert!(!surface.free[count]);
+    assert_eq!(surface.pocket_particles, 0);
+}
+
+#[test]
+fn a_block_has_a_surface_layer_a_layer_beneath_it_and_an_inside() {
+    block_classes::<2>(8);
+    block_classes::<3>(7);
+}
+
+#[test]
+fn normals_of_a_flat_surface_are_square_to_it() {
+    let points = Lattice::<2>::fill_box(Vector::zeros(), Vector::from([20.0, 10.0]), 1.0).positions;
+    let (neighbourhood, surface) = detect(&points);
+    let top = points.iter().position(|p| *p == Vector::from([10.5, 9.5])).unwrap();
+    assert!((surface.normals[top] - Vector::from([0.0, 1.0])).norm() < 1e-12);
+    // What the surface offset calls flat (0.55 and more) and ragged (0.45 and less).
+    let divergence = |x, y| {
+        let a = points.iter().position(|p| *p == Vector::from([x, y])).unwrap();
+        neighbourhood.surroundings[a].moment.trace() / 2.0
+    };
+    assert!(divergence(10.5, 9.5) > 0.55, "{}", divergence(10.5, 9.5));
+    assert!(divergence(0.5, 9.5) < 0.45, "{}", divergence(0.5, 9.5));
+}
