@@ -13,19 +13,22 @@ use toml::{Table, Value};
 pub(super) struct Conformity {
     /// The mistakes.
     pub errors: Vec<CaseError>,
+    /// Misspelt keys, and the keys that they were taken for.
+    pub renamed: Vec<(String, String)>,
     /// Whether the mended table is a case as typed, and can be checked further.
     pub usable: bool,
 }
 
 /// Holds the table against the schema and mends it.
 pub(super) fn conform(table: &mut Table, schema: &serde_json::Value) -> Conformity {
-    let mut walk = Walk { errors: Vec::new(), root: Node::root(schema) };
+    let mut walk = Walk { errors: Vec::new(), renamed: Vec::new(), root: Node::root(schema) };
     let usable = walk.table(table, walk.root, "");
-    Conformity { errors: walk.errors, usable }
+    Conformity { errors: walk.errors, renamed: walk.renamed, usable }
 }
 
 struct Walk<'s> {
     errors: Vec<CaseError>,
+    renamed: Vec<(String, String)>,
     root: Node<'s>,
 }
 
@@ -41,9 +44,14 @@ impl<'s> Walk<'s> {
             let value = table.remove(&unknown).expect("it was just listed");
             let meant = nearest(&unknown, node.keys());
             self.report(&join(key, &unknown), "there is no such key", self.remedy_for(&unknown, meant, node));
-            if let Some(meant) = meant {
-                table.entry(meant.to_owned()).or_insert(value);
+            if let Some(meant) = meant.filter(|meant| !table.contains_key(*meant)) {
+                table.insert(meant.to_owned(), value);
+                self.renamed.push((join(key, &unknown), join(key, meant)));
             }
+        }
+        for (name, value) in table.iter_mut() {
+            let property = node.property(name).expect("unknown keys were removed");
+            usable &= self.value(value, property, &join(key, name));
         }
         for required in node.required() {
             if table.contains_key(required) {
@@ -57,10 +65,6 @@ impl<'s> Walk<'s> {
                 }
                 None => usable = false,
             }
-        }
-        for (name, value) in table.iter_mut() {
-            let property = node.property(name).expect("unknown keys were removed");
-            usable &= self.value(value, property, &join(key, name));
         }
         usable
     }
@@ -81,10 +85,7 @@ impl<'s> Walk<'s> {
         match (node.kind(), &mut *value) {
             (Kind::OneOf(choices), _) => match choices.iter().find(|choice| fits(value, **choice)) {
                 Some(choice) => self.value(value, *choice, key),
-                None => {
-                    let expected: Vec<_> = choices.iter().map(|choice| expectation(*choice)).collect();
-                    self.wrong_type(value, &expected.join(" or "), node, key)
-                }
+                None => self.wrong_type(value, node, key),
             },
             (Kind::Table, Value::Table(table)) => self.table(table, node, key),
             (Kind::List(element), Value::Array(list)) => self.list(list, node, element, key),
@@ -119,7 +120,7 @@ impl<'s> Walk<'s> {
                 true
             }
             (Kind::Text, Value::String(_)) | (Kind::Boolean, Value::Boolean(_)) => true,
-            _ => self.wrong_type(value, &expectation(node), node, key),
+            _ => self.wrong_type(value, node, key),
         }
     }
 
@@ -185,8 +186,14 @@ impl<'s> Walk<'s> {
         Some(least as i64)
     }
 
-    fn wrong_type(&mut self, value: &mut Value, expected: &str, node: Node<'s>, key: &str) -> bool {
-        self.report(key, format!("is {}, but must be {expected}", type_name(value)), meaning(node));
+    fn wrong_type(&mut self, value: &mut Value, node: Node<'s>, key: &str) -> bool {
+        let expected = expectation(node);
+        let problem = match (node.kind(), &*value) {
+            // A word where a word may stand, but not this one.
+            (Kind::OneOf(_), Value::String(_)) => format!("must be {expected}"),
+            (_, value) => format!("is {}, but must be {expected}", type_name(value)),
+        };
+        self.report(key, problem, meaning(node));
         match placeholder(node) {
             Some(mended) => {
                 *value = mended;
@@ -213,7 +220,8 @@ fn fits(value: &Value, node: Node<'_>) -> bool {
         Kind::Number => value.is_float() || value.is_integer(),
         Kind::Integer => value.is_integer(),
         Kind::Boolean => value.is_bool(),
-        Kind::Text | Kind::Words(_) => value.is_str(),
+        Kind::Text => value.is_str(),
+        Kind::Words(words) => value.as_str().is_some_and(|word| words.contains(&word)),
         Kind::OneOf(choices) => choices.iter().any(|choice| fits(value, *choice)),
     }
 }

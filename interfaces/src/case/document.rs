@@ -72,6 +72,16 @@ impl Document {
         Ok(())
     }
 
+    /// A key that was taken for another: what is found wrong with the other is told with the line and origin of the key as written.
+    pub fn take_for(&mut self, written: &str, meant: &str) {
+        if let Some(line) = self.lines.get(written) {
+            self.lines.insert(meant.to_owned(), *line);
+        }
+        if self.overridden.contains(written) {
+            self.overridden.insert(meant.to_owned());
+        }
+    }
+
     /// Fills in the line, the origin and the value of an error from its key.
     pub fn locate(&self, mut error: CaseError) -> CaseError {
         if error.key.is_empty() {

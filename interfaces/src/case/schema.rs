@@ -50,6 +50,8 @@ pub(super) struct Node<'s> {
     here: &'s Map<String, Value>,
     /// What it refers to: its type.
     target: &'s Map<String, Value>,
+    /// What the list it is an element of says of itself.
+    of_list: &'s str,
 }
 
 /// What a node allows.
@@ -79,13 +81,13 @@ impl<'s> Node<'s> {
                 .expect("every reference of a generated schema has its definition"),
             None => here,
         };
-        Self { root, here, target }
+        Self { root, here, target, of_list: "" }
     }
 
-    /// What the key is, in the words of its documentation.
+    /// What the key is, in the words of its documentation; for an element of a list that has none, what the list is.
     pub fn description(&self) -> &'s str {
         let text = |map: &'s Map<String, Value>| map.get("description").and_then(Value::as_str);
-        text(self.here).or_else(|| text(self.target)).unwrap_or("")
+        text(self.here).or_else(|| text(self.target)).unwrap_or(self.of_list)
     }
 
     /// Which values it allows.
@@ -105,7 +107,10 @@ impl<'s> Node<'s> {
         }
         match self.target.get("type").and_then(Value::as_str) {
             Some("object") => Kind::Table,
-            Some("array") => Kind::List(Node::new(self.root, &self.target["items"])),
+            Some("array") => {
+                let element = Node::new(self.root, &self.target["items"]);
+                Kind::List(Node { of_list: self.description(), ..element })
+            }
             Some("number") => Kind::Number,
             Some("integer") => Kind::Integer,
             Some("boolean") => Kind::Boolean,
