@@ -29,18 +29,19 @@ impl AxisBox {
         self.lattice_counts(spacing).iter().product()
     }
 
-    /// Whether the boxes share more than a border of `tolerance` (m) in every axis.
+    /// Whether the boxes share more than `tolerance` (m) along every axis; touching is not overlapping.
     pub fn overlaps(&self, other: &Self, tolerance: f64) -> bool {
-        (0..self.low.len())
-            .all(|i| self.low[i].max(other.low[i]) + tolerance < self.high[i].min(other.high[i]))
+        let before = |low: f64, high: f64| low < high - tolerance;
+        let axes = self.low.iter().zip(&self.high).zip(other.low.iter().zip(&other.high));
+        axes.into_iter().all(|((low, high), (other_low, other_high))| {
+            before(*low, *other_high) && before(*other_low, *high)
+        })
     }
 
-    /// Whether the point lies in the box, or within `tolerance` (m) of it along every axis.
-    pub fn contains(&self, point: &[f64], tolerance: f64) -> bool {
-        point
-            .iter()
-            .zip(self.low.iter().zip(&self.high))
-            .all(|(x, (low, high))| low - tolerance <= *x && *x <= high + tolerance)
+    /// Whether the point is farther than `tolerance` (m) from the box along some axis.
+    pub fn is_clear_of(&self, point: &[f64], tolerance: f64) -> bool {
+        let axes = point.iter().zip(self.low.iter().zip(&self.high));
+        axes.into_iter().any(|(x, (low, high))| *x < low - tolerance || *x > high + tolerance)
     }
 }
 

@@ -13,7 +13,7 @@ use crate::SubSteps;
 /// Sub-steps of a window where the case does not say: the paper's choice.
 const SUB_STEPS: u32 = 100;
 /// Fixed rows beyond a clamped face where the case does not say.
-const CLAMP_ROWS: u32 = 3;
+pub(super) const CLAMP_ROWS: u32 = 3;
 /// Share of the new load where the case does not say.
 const RELAXATION: f64 = 0.5;
 /// Longest wait for a participant where the case does not say (s).
@@ -85,11 +85,12 @@ fn resolve_fluid(fluid: typed::Fluid, general: &General) -> Fluid {
     }
 }
 
-/// √(g H), H the extent of all regions along gravity; without gravity the greatest speed at the start. Zero where there is neither.
+/// √(g H), H the extent of all regions along gravity; without gravity the greatest speed at the start, 0 where all is at rest.
 pub(super) fn default_characteristic_speed(fluid: &typed::Fluid, gravity: &[f64]) -> f64 {
     let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let g = norm(gravity);
-    if g > 0.0 {
+    // A NaN, for a gravity that the check found wrong, goes this way too and comes out as NaN.
+    if g != 0.0 {
         // The corners of a box reach furthest along g where each coordinate does.
         let reach = |bounds: &AxisBox, far: bool| -> f64 {
             gravity
@@ -103,7 +104,7 @@ pub(super) fn default_characteristic_speed(fluid: &typed::Fluid, gravity: &[f64]
             fluid.region.iter().map(|region| reach(&region.bounds, false)).fold(f64::INFINITY, f64::min);
         let high =
             fluid.region.iter().map(|region| reach(&region.bounds, true)).fold(f64::NEG_INFINITY, f64::max);
-        if high > low { (g * (high - low)).sqrt() } else { 0.0 }
+        (g * (high - low)).sqrt()
     } else {
         fluid.region.iter().filter_map(|region| region.velocity.as_deref()).map(norm).fold(0.0, f64::max)
     }

@@ -6,6 +6,7 @@ use super::typed;
 use crate::SubSteps;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::fmt;
 
 /// A checked case. SI units; vectors have as many numbers as `general.dimension`; in two dimensions volumes and forces are for one metre of
 /// depth. It is read by [`Case::load`] or [`Case::parse`], and written by [`Case::to_toml`].
@@ -433,6 +434,19 @@ impl ProbeQuantity {
             Self::Pressure => "Pa",
             Self::Force => "N",
         }
+    }
+}
+
+impl fmt::Display for ProbeQuantity {
+    /// As the case file writes it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Displacement => "displacement",
+            Self::Position => "position",
+            Self::Velocity => "velocity",
+            Self::Pressure => "pressure",
+            Self::Force => "force",
+        })
     }
 }
 

@@ -36,10 +36,13 @@ pub struct General {
     /// Title, one line.
     pub title: String,
     /// Space dimension, 2 or 3.
+    #[schemars(extend("enum" = [2, 3]))]
     pub dimension: u32,
     /// Time at which the run ends (s); it starts at 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub end_time: f64,
     /// Time between snapshots (s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub output_interval: f64,
     /// Acceleration of gravity on fluid and structure (m/s²); none if left out.
     pub gravity: Option<Vec<f64>>,
@@ -47,6 +50,7 @@ pub struct General {
     #[serde(default)]
     pub threads: u32,
     /// Particle spacing Δx of both solvers (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub particle_spacing: f64,
 }
 
@@ -55,14 +59,19 @@ pub struct General {
 #[serde(deny_unknown_fields)]
 pub struct Fluid {
     /// Density (kg/m³).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub density: f64,
     /// Kinematic viscosity (m²/s).
+    #[schemars(extend("minimum" = 0))]
     pub kinematic_viscosity: f64,
     /// Particle spacing Δx (m); that of [case] if left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub particle_spacing: Option<f64>,
     /// Largest time step (s); the output interval if left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_time_step: Option<f64>,
     /// Speed that scales artificial viscosity, shifting and the first time step (m/s); √(g H) if left out, H the fluid's height along gravity.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub characteristic_speed: Option<f64>,
     /// Where particles live: one that leaves this box has left the run.
     pub domain: AxisBox,
@@ -93,6 +102,7 @@ pub struct Region {
     pub velocity: Option<Vec<f64>>,
     /// Random displacement of its particles from the lattice, at most this times Δx along each axis.
     #[serde(default)]
+    #[schemars(extend("minimum" = 0, "maximum" = 0.5))]
     pub jitter: f64,
     /// Seed of the random displacement.
     #[serde(default)]
@@ -145,6 +155,7 @@ pub enum StartWord {
 #[serde(deny_unknown_fields)]
 pub struct Structure {
     /// Particle spacing Δx (m); that of [case] if left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub particle_spacing: Option<f64>,
     /// Material of all bodies.
     pub material: Material,
@@ -172,10 +183,12 @@ pub struct Material {
     /// Stress–strain law.
     pub law: MaterialLaw,
     /// Young's modulus E (Pa).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub youngs_modulus: f64,
     /// Poisson's ratio ν.
     pub poisson_ratio: f64,
     /// Density in the reference configuration (kg/m³).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub density: f64,
     /// How two dimensions stand for three; plane-strain if left out.
     pub assumption: Option<Assumption>,
@@ -205,6 +218,7 @@ pub struct Clamp {
     /// Face beyond which the body goes on by fixed rows.
     pub face: Option<Face>,
     /// Fixed rows beyond the face; 3 if left out.
+    #[schemars(extend("minimum" = 1))]
     pub rows: Option<u32>,
     /// Box in which the body's particles are fixed.
     #[serde(rename = "box")]
@@ -236,18 +250,21 @@ pub struct Coupling {
     /// Order of the solutions of a window; serial-explicit if left out.
     pub scheme: Option<CouplingScheme>,
     /// Largest window (s); the output interval if left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_window: Option<f64>,
     /// Sub-steps of the structure in a window; 100 if left out.
     pub sub_steps: Option<SubSteps>,
     /// Form of the load; transpose if left out.
     pub load: Option<LoadForm>,
     /// Share of the new load against the old one, over 0 and at most 1; 0.5 if left out.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub relaxation: Option<f64>,
     /// Whether the pressure equation carries the structure's compliance; yes if left out.
     pub compliance: Option<bool>,
     /// Whether condition (46), continuity of the normal stress, is enforced; yes if left out.
     pub enforce_condition_46: Option<bool>,
     /// Longest wait for an answer of a participant (s); 60 if left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub deadline: Option<f64>,
 }
 
@@ -269,8 +286,8 @@ pub enum CouplingScheme {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum SubSteps {
-    /// So many.
-    Count(u32),
+    /// Number of sub-steps in a window.
+    Count(#[schemars(extend("minimum" = 1))] u32),
     /// A word.
     Word(SubStepsWord),
 }

@@ -1,0 +1,208 @@
+//! Probes and references.
+
+use super::structure::remedy_for_name;
+use super::{Findings, check_names};
+use crate::case::nearest::nearest;
+use crate::case::resolved::ProbeQuantity;
+use crate::case::typed::{CaseFile, Probe, ProbeSide, Reference, Wall};
+
+pub(super) fn check(file: &CaseFile, findings: &mut Findings) {
+    check_names("probe", file.probe.iter().map(|probe| probe.name.as_str()), findings);
+    for (i, probe) in file.probe.iter().enumerate() {
+        check_probe(&format!("probe.{i}"), probe, file, findings);
+    }
+    let dimension = file.case.dimension as usize;
+    let columns: Vec<_> = file
+        .probe
+        .iter()
+        .flat_map(|probe| probe.quantity.components(dimension).iter().map(|c| format!("{}.{c}", probe.name)))
+        .collect();
+    for (i, reference) in file.reference.iter().enumerate() {
+        check_reference(&format!("reference.{i}"), reference, &columns, findings);
+    }
+}
+
+fn check_probe(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Findings) {
+    let (side, quantities): (&str, &[ProbeQuantity]) = match probe.on {
+        ProbeSide::Structure => (
+            "the structure",
+            &[
+                ProbeQuantity::Displacement,
+                ProbeQuantity::Position,
+                ProbeQuantity::Velocity,
+                ProbeQuantity::Force,
+            ],
+        ),
+        ProbeSide::Fluid => ("the fluid", &[ProbeQuantity::Pressure, ProbeQuantity::Velocity]),
+        ProbeSide::Wall => ("a wall", &[ProbeQuantity::Pressure, ProbeQuantity::Force]),
+    };
+    let force = probe.quantity == ProbeQuantity::Force;
+    if !quantities.contains(&probe.quantity) {
+        let there: Vec<_> = quantities.iter().map(|quantity| format!("\"{quantity}\"")).collect();
+        let problem = format!("is not recorded on {side}");
+        findings.add(format!("{key}.quantity"), problem, format!("there is {}", there.join(", ")));
+    } else if force && probe.at.is_some() {
+        findings.add(
+            format!("{key}.at"),
+            "is not for a force, which is the sum over the whole",
+            "leave it out",
+        );
+    } else if !force && probe.at.is_none() {
+        findings.add(format!("{key}.at"), "is missing", "add the point (m)");
+    }
+    for (name, given, on) in
+        [("body", &probe.body, ProbeSide::Structure), ("wall", &probe.wall, ProbeSide::Wall)]
+    {
+        if given.is_some() && probe.on != on {
+            findings.add(
+                format!("{key}.{name}"),
+                format!("does not go with a probe on {side}"),
+                "leave it out",
+            );
+        }
+    }
+    match probe.on {
+        ProbeSide::Structure => check_on_structure(key, probe, file, findings),
+        ProbeSide::Fluid => check_on_fluid(key, probe, file, findings),
+        ProbeSide::Wall => check_on_wall(key, probe, file, findings),
+    }
+}
+
+/// The thing that a probe names, or the only one there is.
+fn chosen<'a, T>(
+    key: &str,
+    (what, section): (&str, &str),
+    name: Option<&String>,
+    things: &'a [T],
+    name_of: impl Fn(&T) -> &str,
+    findings: &mut Findings,
+) -> Option<&'a T> {
+    let names: Vec<_> = things.iter().map(&name_of).collect();
+    match (name, things) {
+        (Some(name), _) => {
+            let found = things.iter().find(|thing| name_of(thing) == name);
+            if found.is_none() {
+                let remedy = remedy_for_name(name, &names, section);
+                findings.add(format!("{key}.{what}"), format!("is no {what}"), remedy);
+            }
+            found
+        }
+        (None, [only]) => Some(only),
+        (None, []) => {
+            findings.add(format!("{key}.on"), format!("there is no {what}"), format!("add a {section}"));
+            None
+        }
+        (None, _) => {
+            let names: Vec<_> = names.iter().map(|name| format!("\"{name}\"")).collect();
+            let problem = format!("is missing, and there is more than one {what}");
+            findings.add(format!("{key}.{what}"), problem, format!("add one of {}", names.join(", ")));
+            None
+        }
+    }
+}
+
+fn check_on_structure(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Findings) {
+    let Some(structure) = &file.structure else {
+        findings.add(format!("{key}.on"), "there is no [structure]", "add one, or leave the probe out");
+        return;
+    };
+    if probe.quantity == ProbeQuantity::Force && file.fluid.is_none() {
+        findings.add(
+            format!("{key}.quantity"),
+            "there is no fluid whose force it were",
+            "leave the probe out",
+        );
+    }
+    let section = ("body", "[[structure.body]]");
+    let body = chosen(key, section, probe.body.as_ref(), &structure.body, |body| &body.name, findings);
+    let spacing = structure.particle_spacing.unwrap_or(file.case.particle_spacing);
+    if let (Some(body), Some(at)) = (body, &probe.at)
+        && body.bounds.is_clear_of(at, spacing)
+    {
+        let problem = format!("is farther than one particle spacing from the body \"{}\"", body.name);
+        findings.add(format!("{key}.at"), problem, "take a point of its reference configuration");
+    }
+}
+
+fn check_on_fluid(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Findings) {
+    let Some(fluid) = &file.fluid else {
+        findings.add(format!("{key}.on"), "there is no [fluid]", "add one, or leave the probe out");
+        return;
+    };
+    if probe.at.as_ref().is_some_and(|at| fluid.domain.is_clear_of(at, 0.0)) {
+        findings.add(format!("{key}.at"), "is outside of fluid.domain", "take a point inside");
+    }
+}
+
+fn check_on_wall(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Findings) {
+    let Some(fluid) = &file.fluid else {
+        findings.add(
+            format!("{key}.on"),
+            "there is no [fluid], whose walls these are",
+            "leave the probe out",
+        );
+        return;
+    };
+    let section = ("wall", "[[fluid.wall]]");
+    let wall = chosen(key, section, probe.wall.as_ref(), &fluid.wall, |wall| &wall.name, findings);
+    let spacing = fluid.particle_spacing.unwrap_or(file.case.particle_spacing);
+    if let (Some(wall), Some(at)) = (wall, &probe.at)
+        && is_off_wall(at, wall, spacing)
+    {
+        let problem = format!("is farther than one particle spacing from the wall \"{}\"", wall.name);
+        findings.add(format!("{key}.at"), problem, "take a point of its surface");
+    }
+}
+
+fn is_off_wall(at: &[f64], wall: &Wall, spacing: f64) -> bool {
+    if let Some(bounds) = &wall.bounds {
+        return bounds.is_clear_of(at, spacing);
+    }
+    let points = wall.polyline.as_deref().unwrap_or(&[]);
+    points.len() > 1 && points.windows(2).all(|pair| distance(at, &pair[0], &pair[1]) > spacing)
+}
+
+/// Distance of a point from a segment.
+fn distance(point: &[f64], from: &[f64], to: &[f64]) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>();
+    let (edge, arm) = (minus(to, from), minus(point, from));
+    let along = (dot(&arm, &edge) / dot(&edge, &edge)).clamp(0.0, 1.0);
+    let foot: Vec<_> = edge.iter().map(|step| along * step).collect();
+    let gap = minus(&arm, &foot);
+    dot(&gap, &gap).sqrt()
+}
+
+fn check_reference(key: &str, reference: &Reference, columns: &[String], findings: &mut Findings) {
+    if !columns.contains(&reference.probe) {
+        let remedy = match nearest(&reference.probe, columns.iter().map(String::as_str)) {
+            Some(meant) => format!("did you mean \"{meant}\"?"),
+            None if columns.is_empty() => "add a [[probe]]".to_owned(),
+            None => format!("there is {}", columns.join(", ")),
+        };
+        findings.add(format!("{key}.probe"), "is no column of a probe", remedy);
+    }
+    if reference.time.is_empty() {
+        findings.add(format!("{key}.time"), "is empty", "give at least one time (s)");
+    }
+    let lists = [
+        ("value", Some(&reference.value)),
+        ("low", reference.low.as_ref()),
+        ("high", reference.high.as_ref()),
+    ];
+    for (name, list) in lists {
+        let Some(list) = list.filter(|list| list.len() != reference.time.len()) else { continue };
+        let problem = format!("has length {}, and time has {}", list.len(), reference.time.len());
+        findings.add(format!("{key}.{name}"), problem, "give one number for each time");
+    }
+    if let Some(k) = reference.time.windows(2).position(|pair| pair[0] >= pair[1]) {
+        findings.add(format!("{key}.time.{}", k + 1), "is not later than the time before", "let times grow");
+    }
+    let below = |low: &[f64], high: &[f64]| low.iter().zip(high).position(|(low, high)| low > high);
+    if let Some(k) = reference.low.as_ref().and_then(|low| below(low, &reference.value)) {
+        findings.add(format!("{key}.low.{k}"), "is above its value", "low is the lower border");
+    }
+    if let Some(k) = reference.high.as_ref().and_then(|high| below(&reference.value, high)) {
+        findings.add(format!("{key}.high.{k}"), "is below its value", "high is the upper border");
+    }
+}

@@ -1,0 +1,85 @@
+//! Vectors have as many numbers as the case has dimensions.
+
+use super::Findings;
+use crate::case::geometry::AxisBox;
+use crate::case::resolved::InitialVelocity;
+use crate::case::typed::CaseFile;
+
+struct Vectors<'a> {
+    dimension: usize,
+    findings: &'a mut Findings,
+}
+
+/// Reports vectors of another length, and replaces them by NaN of the right one.
+pub(super) fn check(file: &mut CaseFile, findings: &mut Findings) {
+    let mut vectors = Vectors { dimension: file.case.dimension as usize, findings };
+    vectors.optional("case.gravity", &mut file.case.gravity);
+    if let Some(fluid) = &mut file.fluid {
+        vectors.bounds("fluid.domain", &mut fluid.domain);
+        for (i, region) in fluid.region.iter_mut().enumerate() {
+            vectors.bounds(&format!("fluid.region.{i}.box"), &mut region.bounds);
+            vectors.optional(&format!("fluid.region.{i}.velocity"), &mut region.velocity);
+        }
+        for (i, wall) in fluid.wall.iter_mut().enumerate() {
+            if let Some(bounds) = &mut wall.bounds {
+                vectors.bounds(&format!("fluid.wall.{i}.box"), bounds);
+            }
+            for (k, point) in wall.polyline.iter_mut().flatten().enumerate() {
+                vectors.vector(&format!("fluid.wall.{i}.polyline.{k}"), point);
+            }
+            vectors.optional(&format!("fluid.wall.{i}.velocity"), &mut wall.velocity);
+        }
+    }
+    if let Some(structure) = &mut file.structure {
+        for (i, body) in structure.body.iter_mut().enumerate() {
+            vectors.bounds(&format!("structure.body.{i}.box"), &mut body.bounds);
+            match &mut body.velocity {
+                Some(InitialVelocity::Uniform(v)) => {
+                    vectors.vector(&format!("structure.body.{i}.velocity"), v);
+                }
+
+                Some(InitialVelocity::Mode(mode)) => {
+                    vectors
+                        .vector(&format!("structure.body.{i}.velocity.tip_velocity"), &mut mode.tip_velocity);
+                }
+                None => {}
+            }
+        }
+        for (i, clamp) in structure.clamp.iter_mut().enumerate() {
+            if let Some(bounds) = &mut clamp.bounds {
+                vectors.bounds(&format!("structure.clamp.{i}.box"), bounds);
+            }
+        }
+        for (i, load) in structure.load.iter_mut().enumerate() {
+            vectors.optional(&format!("structure.load.{i}.at"), &mut load.at);
+            vectors.vector(&format!("structure.load.{i}.force"), &mut load.force);
+        }
+    }
+    for (i, probe) in file.probe.iter_mut().enumerate() {
+        vectors.optional(&format!("probe.{i}.at"), &mut probe.at);
+    }
+}
+
+impl Vectors<'_> {
+    fn vector(&mut self, key: &str, vector: &mut Vec<f64>) {
+        if vector.len() != self.dimension {
+            self.findings.add(
+                key,
+                format!("has {} numbers in {} dimensions", vector.len(), self.dimension),
+                format!("write {} numbers", self.dimension),
+            );
+            *vector = vec![f64::NAN; self.dimension];
+        }
+    }
+
+    fn optional(&mut self, key: &str, vector: &mut Option<Vec<f64>>) {
+        if let Some(vector) = vector {
+            self.vector(key, vector);
+        }
+    }
+
+    fn bounds(&mut self, key: &str, bounds: &mut AxisBox) {
+        self.vector(&format!("{key}.low"), &mut bounds.low);
+        self.vector(&format!("{key}.high"), &mut bounds.high);
+    }
+}

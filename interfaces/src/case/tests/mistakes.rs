@@ -1,0 +1,290 @@
+//! Every mistake has its line, key, value, problem and remedy.
+
+use super::*;
+
+/// One row a mistake: a passage of the sound case, what it is changed into, and the whole message.
+#[rustfmt::skip]
+const ROWS: &[(&str, &str, &str)] = &[
+    // Keys and types.
+    ("density = 1000.0",
+     "densty = 1000.0",
+     "line 10: fluid.densty = 1000.0: there is no such key; did you mean \"density\"?"),
+    ("density = 1000.0",
+     "density = 1000.0\ncourant = 0.1",
+     "line 11: fluid.courant = 0.1: there is no such key; there is fluid.numerics.courant and structure.numerics.courant"),
+    ("density = 1000.0\n", "", "line 9: fluid.density: is missing; add it; its meaning: density (kg/m³)"),
+    ("[[fluid.region]]\nname = \"water\"\n",
+     "[[fluid.region]]\n",
+     "line 14: fluid.region.0.name: is missing; add it; its meaning: name"),
+    ("1e-6",
+     "\"thin\"",
+     "line 11: fluid.kinematic_viscosity = \"thin\": is a string, but must be a number; its meaning: kinematic viscosity (m²/s)"),
+    ("dimension = 2",
+     "dimension = 2.0",
+     "line 3: case.dimension = 2.0: is a number, but must be a whole number; its meaning: space dimension, 2 or 3"),
+    ("dimension = 2",
+     "dimension = 4",
+     "line 3: case.dimension = 4: must be 2 or 3; its meaning: space dimension, 2 or 3"),
+    ("[0.0, -9.81]",
+     "-9.81",
+     "line 6: case.gravity = -9.81: is a number, but must be a list of numbers; its meaning: acceleration of gravity on fluid and structure (m/s²); none if left out"),
+    ("[0.0, -9.81]",
+     "[0.0, \"down\"]",
+     "line 6: case.gravity.1 = \"down\": is a string, but must be a number; its meaning: acceleration of gravity on fluid and structure (m/s²); none if left out"),
+    ("[[0.0, 0.0], [0.01, 1.0]]",
+     "[[0.0, 0.0, 1.0]]",
+     "line 47: structure.load.0.ramp.0 = [0.0, 0.0, 1.0]: has 3 elements, but must have 2; its meaning: pairs of time (s) and factor of the force, linear between; the full force from the start if left out"),
+    ("\"saint-venant-kirchhoff\"",
+     "\"granite\"",
+     "line 28: structure.material.law = \"granite\": is none of \"almansi-hooke\", \"saint-venant-kirchhoff\", \"neo-hookean\"; take one of them"),
+    ("\"saint-venant-kirchhoff\"",
+     "\"neo_hookian\"",
+     "line 28: structure.material.law = \"neo_hookian\": is none of \"almansi-hooke\", \"saint-venant-kirchhoff\", \"neo-hookean\"; did you mean \"neo-hookean\"?"),
+    ("[[probe]]",
+     "[coupling]\nsub_steps = \"some\"\n[[probe]]",
+     "line 50: coupling.sub_steps = \"some\": must be a whole number or \"stable\"; its meaning: sub-steps of the structure in a window; 100 if left out"),
+    ("[[probe]]",
+     "[coupling]\nsub_steps = true\n[[probe]]",
+     "line 50: coupling.sub_steps = true: is true or false, but must be a whole number or \"stable\"; its meaning: sub-steps of the structure in a window; 100 if left out"),
+    // Numbers.
+    ("density = 1000.0",
+     "density = -5",
+     "line 10: fluid.density = -5: must be over 0; its meaning: density (kg/m³)"),
+    ("density = 1000.0",
+     "density = inf",
+     "line 10: fluid.density = inf: must be finite; its meaning: density (kg/m³)"),
+    ("[[probe]]",
+     "[coupling]\nrelaxation = 1.5\n[[probe]]",
+     "line 50: coupling.relaxation = 1.5: must be over 0 and at most 1; its meaning: share of the new load against the old one, over 0 and at most 1; 0.5 if left out"),
+    ("[[probe]]",
+     "[coupling]\nsub_steps = 0\n[[probe]]",
+     "line 50: coupling.sub_steps = 0: must be at least 1; its meaning: number of sub-steps in a window"),
+    ("poisson_ratio = 0.3",
+     "poisson_ratio = 0.5",
+     "line 30: structure.material.poisson_ratio = 0.5: must be over -1 and under 0.5 in plane strain; take 0.3 for metals, 0.4 to 0.49 for rubber"),
+    ("poisson_ratio = 0.3",
+     "poisson_ratio = 0.51\nassumption = \"plane-stress\"",
+     "line 30: structure.material.poisson_ratio = 0.51: must be over -1 and at most 0.5 in plane stress; take 0.3 for metals, 0.4 to 0.49 for rubber"),
+    ("poisson_ratio = 0.3",
+     "poisson_ratio = 0.3\nassumption = \"three-dimensional\"",
+     "line 31: structure.material.assumption = \"three-dimensional\": does not fit two dimensions; take \"plane-strain\" or \"plane-stress\""),
+    ("output_interval = 0.01",
+     "output_interval = 0.2",
+     "line 5: case.output_interval = 0.2: is longer than the run of 0.1 s; take at most case.end_time"),
+    ("1e-6\n",
+     "1e-6\nnumerics = { surface_thresholds = [1.8, 1.6] }\n",
+     "line 12: fluid.numerics.surface_thresholds = [1.8, 1.6]: do not grow; write the lower threshold first"),
+    ("gravity = [0.0, -9.81]\n",
+     "",
+     "line 8: fluid.characteristic_speed: is missing, and there is neither gravity nor a velocity at the start to take it from; add it: the greatest speed to be expected (m/s)"),
+    // Geometry.
+    ("[0.0, -9.81]",
+     "[0.0, -9.81, 0.0]",
+     "line 6: case.gravity = [0.0, -9.81, 0.0]: has 3 numbers in 2 dimensions; write 2 numbers"),
+    ("low = [-0.1, -0.2], high = [1.1, 1.0]",
+     "low = [-0.1, 1.0], high = [1.1, -0.2]",
+     "line 12: fluid.domain: low is not below high along y: 1 and -0.2; low is the corner with the least coordinates, high that with the greatest"),
+    ("high = [1.0, 0.5]",
+     "high = [1.0, 0.005]",
+     "line 16: fluid.region.0.box: is thinner (0.005 m) than one particle spacing (0.01 m); take a smaller particle_spacing, or a thicker box"),
+    ("high = [1.0, 0.5]",
+     "high = [1.0, 1.5]",
+     "line 16: fluid.region.0.box: reaches out of fluid.domain; enlarge the domain, or move the region"),
+    ("high = [1.0, 0.0] }\n\n[[structure.clamp]]",
+     "high = [1.0, 0.1] }\n\n[[structure.clamp]]",
+     "line 35: structure.body.0.box: the body \"plate\" overlaps the region \"water\"; move or shrink one of them; they may touch"),
+    ("high = [1.0, 0.5]",
+     "high = [1.05, 0.5]",
+     "line 16: fluid.region.0.box: the region \"water\" overlaps the wall \"right\"; move or shrink one of them; they may touch"),
+    ("face = \"right\"",
+     "face = \"top\"",
+     "line 37: structure.clamp.0: its fixed rows lie in the region \"water\"; clamp another face, or move the region"),
+    ("polyline = [[0.0, 0.8], [0.0, 0.0]]",
+     "polyline = [[0.1, 0.8], [0.1, 0.0]]",
+     "line 16: fluid.region.0.box: the region \"water\" is cut by the wall \"left\"; move or shrink one of them; they may touch"),
+    ("solid_side = \"right\"",
+     "solid_side = \"left\"",
+     "line 21: fluid.wall.0.solid_side = \"left\": puts the region \"water\" into the solid; take the other side, or move the region"),
+    // Walls, participants, coupling.
+    ("[0.0, 0.8], [0.0, 0.0]",
+     "[0.0, 0.8]",
+     "line 20: fluid.wall.0.polyline = [[0.0, 0.8]]: has fewer than two points; write [[x, y], [x, y], ...]"),
+    ("[0.0, 0.8], [0.0, 0.0]",
+     "[0.0, 0.8], [0.0, 0.8], [0.0, 0.0]",
+     "line 20: fluid.wall.0.polyline.1 = [0.0, 0.8]: is the point before it once more; leave it out"),
+    ("solid_side = \"right\"\n",
+     "",
+     "line 18: fluid.wall.0.solid_side: is missing; add \"left\" or \"right\": where the solid is, walking along the polyline from its first point"),
+    ("polyline = [[0.0, 0.8], [0.0, 0.0]]\nsolid_side = \"right\"\n",
+     "",
+     "line 18: fluid.wall.0: has no shape; add box or polyline"),
+    ("name = \"right\"\n",
+     "name = \"right\"\npolyline = [[1, 0], [1, 1]]\nsolid_side = \"right\"\n",
+     "line 23: fluid.wall.1: has both box and polyline; make two walls of it"),
+    ("name = \"right\"\n",
+     "name = \"right\"\nsolid_side = \"right\"\n",
+     "line 25: fluid.wall.1.solid_side = \"right\": is for polylines; leave it out: a box is solid"),
+    ("[[fluid.region]]\nname = \"water\"\nbox = { low = [0.0, 0.0], high = [1.0, 0.5] }\n",
+     "",
+     "line 9: fluid: there is no fluid in it; add a [[fluid.region]]"),
+    ("[[fluid.region]]",
+     "[fluid.participant]\nstart = \"own\"\ncommand = [\"x\"]\n[[fluid.region]]",
+     "line 14: fluid.participant: has both start and command; leave one of them out"),
+    ("[[fluid.region]]",
+     "[fluid.participant]\ncommand = []\n[[fluid.region]]",
+     "line 15: fluid.participant.command = []: names no program; write [\"program\", \"argument\", ...]"),
+    ("[[probe]]",
+     "[coupling]\nscheme = \"serial-implicit\"\n[[probe]]",
+     "line 50: coupling.scheme = \"serial-implicit\": is not available yet; take \"serial-explicit\""),
+    // Names.
+    ("name = \"right\"\n",
+     "name = \"left\"\n",
+     "line 24: fluid.wall.1.name = \"left\": is the name of fluid.wall.0 too; give each its own name"),
+    ("name = \"water\"",
+     "name = \"salt.water\"",
+     "line 15: fluid.region.0.name = \"salt.water\": is no name; take letters, digits, \"-\" and \"_\", and at least one that is no digit"),
+    ("body = \"plate\"\nface = \"right\"",
+     "body = \"palte\"\nface = \"right\"",
+     "line 39: structure.clamp.0.body = \"palte\": is no body; did you mean \"plate\"?"),
+    // Clamps and loads.
+    ("face = \"right\"",
+     "face = \"front\"",
+     "line 40: structure.clamp.0.face = \"front\": is a face in three dimensions; take \"left\", \"right\", \"bottom\" or \"top\""),
+    ("face = \"right\"\n", "", "line 37: structure.clamp.0: holds nothing; add face or box"),
+    ("face = \"right\"",
+     "box = { low = [2, 0], high = [3, 1] }",
+     "line 40: structure.clamp.0.box: holds nothing of \"plate\"; let it reach into the body"),
+    ("face = \"right\"",
+     "face = \"right\"\nbox = { low = [0.9, -0.05], high = [1.0, 0.0] }",
+     "line 37: structure.clamp.0: has both face and box; make two clamps of it"),
+    ("face = \"right\"",
+     "rows = 2\nbox = { low = [0.9, -0.05], high = [1.0, 0.0] }",
+     "line 40: structure.clamp.0.rows = 2: is for a clamped face; leave it out"),
+    ("face = \"bottom\"",
+     "face = \"bottom\"\nat = [0.5, 0.0]",
+     "line 42: structure.load.0: has both face and at; make two loads of it"),
+    ("face = \"bottom\"",
+     "at = [0.5, 0.3]",
+     "line 45: structure.load.0.at = [0.5, 0.3]: is outside of \"plate\"; take a point of the body"),
+    ("[[0.0, 0.0], [0.01, 1.0]]",
+     "[[0.0, 0.0], [0.0, 1.0]]",
+     "line 47: structure.load.0.ramp.1 = [0.0, 1.0]: is not later than the pair before; let times grow"),
+    ("[[0.0, 0.0], [0.01, 1.0]]",
+     "[]",
+     "line 47: structure.load.0.ramp = []: is empty; write [[time, factor], ...], or leave it out"),
+    // Probes and references.
+    ("\"displacement\"\nat = [0.5, 0.0]",
+     "\"displacement\"",
+     "line 49: probe.0.at: is missing; add the point (m)"),
+    ("at = [0.5, 0.0]",
+     "at = [0.5, 0.5]",
+     "line 53: probe.0.at = [0.5, 0.5]: is farther than one particle spacing from the body \"plate\"; take a point of its reference configuration"),
+    ("at = [0.5, 0.0]",
+     "at = [0.5, 0.0]\nwall = \"left\"",
+     "line 54: probe.0.wall = \"left\": does not go with a probe on the structure; leave it out"),
+    ("at = [0.5, 0.0]",
+     "at = [0.5, 0.0]\nbody = \"beam\"",
+     "line 54: probe.0.body = \"beam\": is no body; there is \"plate\""),
+    ("[[reference]]",
+     "[[probe]]\nname = \"p\"\non = \"structure\"\nquantity = \"pressure\"\nat = [0, 0]\n[[reference]]",
+     "line 58: probe.1.quantity = \"pressure\": is not recorded on the structure; there is \"displacement\", \"position\", \"velocity\", \"force\""),
+    ("[[reference]]",
+     "[[probe]]\nname = \"p\"\non = \"fluid\"\nquantity = \"pressure\"\nat = [5, 0]\n[[reference]]",
+     "line 59: probe.1.at = [5, 0]: is outside of fluid.domain; take a point inside"),
+    ("[[reference]]",
+     "[[probe]]\nname = \"p\"\non = \"wall\"\nquantity = \"pressure\"\nat = [0, 0]\n[[reference]]",
+     "line 55: probe.1.wall: is missing, and there is more than one wall; add one of \"left\", \"right\""),
+    ("[[reference]]",
+     "[[probe]]\nname = \"p\"\non = \"wall\"\nwall = \"left\"\nquantity = \"pressure\"\nat = [0.5, 0.5]\n[[reference]]",
+     "line 60: probe.1.at = [0.5, 0.5]: is farther than one particle spacing from the wall \"left\"; take a point of its surface"),
+    ("[[reference]]",
+     "[[probe]]\nname = \"p\"\non = \"structure\"\nquantity = \"force\"\nat = [0, 0]\n[[reference]]",
+     "line 59: probe.1.at = [0, 0]: is not for a force, which is the sum over the whole; leave it out"),
+    ("probe = \"middle.uy\"",
+     "probe = \"middle.uz\"",
+     "line 56: reference.0.probe = \"middle.uz\": is no column of a probe; did you mean \"middle.ux\"?"),
+    ("value = [-1e-3, -1e-3]",
+     "value = [-1e-3]",
+     "line 60: reference.0.value = [-0.001]: has length 1, and time has 2; give one number for each time"),
+    ("time = [0.05, 0.1]",
+     "time = [0.05, 0.05]",
+     "line 59: reference.0.time.1 = 0.05: is not later than the time before; let times grow"),
+    ("value = [-1e-3, -1e-3]",
+     "value = [-1e-3, -1e-3]\nlow = [-2e-3, 0.0]",
+     "line 61: reference.0.low.1 = 0.0: is above its value; low is the lower border"),
+];
+
+#[test]
+fn every_mistake_has_line_key_value_problem_and_remedy() {
+    for (from, to, expected) in ROWS {
+        assert_eq!(mistakes(parse(&changed(from, to), &[])), [*expected], "{from:?} -> {to:?}");
+    }
+}
+
+#[test]
+fn a_second_body_must_not_overlap_and_a_probe_must_name_one() {
+    let second =
+        "[[structure.body]]\nname = \"second\"\nbox = { low = [0.5, -0.1], high = [0.6, -0.04] }\n[[probe]]";
+    assert_eq!(
+        mistakes(parse(&changed("[[probe]]", second), &[])),
+        [
+            "line 51: structure.body.1.box: the body \"second\" overlaps the body \"plate\"; move or shrink one of them; they may touch",
+            "line 52: probe.0.body: is missing, and there is more than one body; add one of \"plate\", \"second\"",
+        ]
+    );
+}
+
+#[test]
+fn missing_sections_are_named() {
+    let general = SOUND.split("[fluid]").next().unwrap();
+    assert_eq!(
+        mistakes(parse(general, &[])),
+        ["the case has neither [fluid] nor [structure]; add at least one of them"]
+    );
+    assert_eq!(mistakes(parse("", &[])), ["case: is missing; add it; its meaning: what concerns the whole"]);
+    let structure = SOUND.find("[structure.material]").unwrap();
+    let probe = SOUND.find("[[probe]]").unwrap();
+    let fluid_only = format!("{}[coupling]\n", &SOUND[..structure]);
+    assert_eq!(
+        mistakes(parse(&fluid_only, &[])),
+        ["line 27: coupling: there is no [structure] to couple; add [structure], or leave [coupling] out"]
+    );
+    let probe_without = format!("{}{}", &SOUND[..structure], &SOUND[probe..]);
+    assert_eq!(
+        mistakes(parse(&probe_without, &[])),
+        ["line 29: probe.0.on = \"structure\": there is no [structure]; add one, or leave the probe out"]
+    );
+}
+
+#[test]
+fn all_mistakes_come_at_once_in_the_order_of_lines() {
+    let text = changed("density = 1000.0", "densty = -1000.0")
+        .replacen("end_time = 0.1", "end_time = \"long\"", 1)
+        .replacen("poisson_ratio = 0.3", "poisson_ratio = 0.7", 1)
+        .replacen("[[0.0, 0.8], [0.0, 0.0]]", "[[0.0, 0.8]]", 1)
+        .replacen("face = \"right\"", "face = \"top\"", 1);
+    let found = mistakes(parse(&text, &["coupling.relaxation=0"]));
+    let keys: Vec<_> = found.iter().map(|message| message.split([' ', ':']).nth(2).unwrap_or("")).collect();
+    assert_eq!(found.len(), 7, "{found:#?}");
+    assert!(found[0].starts_with("line 4: case.end_time = \"long\": is a string"), "{keys:?}");
+    assert!(found[1].starts_with("line 10: fluid.densty = -1000.0: there is no such key"));
+    // A misspelt key is read as what it was meant to be: its value is looked at too.
+    assert!(found[2].starts_with("line 10: fluid.density: must be over 0"));
+    assert_eq!(found[6].split(':').next(), Some("--set"));
+}
+
+#[test]
+fn text_that_is_no_toml_is_told_with_its_line() {
+    let found = mistakes(parse(&changed("density = 1000.0", "density 1000.0"), &[]));
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].starts_with("line 10: is not TOML: "), "{found:?}");
+    let twice = mistakes(parse(&changed("density = 1000.0", "density = 1000.0\ndensity = 2"), &[]));
+    assert!(twice[0].starts_with("line 11: is not TOML: duplicate key"), "{twice:?}");
+}
+
+#[test]
+fn a_file_that_is_not_there_is_named() {
+    let errors = Case::load(Path::new("no/such/case.toml"), &[]).unwrap_err();
+    let message = errors.to_string();
+    assert!(message.starts_with("no/such/case.toml: 1 mistake:\n  cannot be read: "), "{message}");
+}

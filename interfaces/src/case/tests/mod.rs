@@ -1,0 +1,312 @@
+//! What the case file promises: shipped cases load, what is resolved reads back, overrides reach every key, and the docs tell of all.
+
+mod mistakes;
+
+use super::*;
+use crate::SubSteps;
+use resolved::{ClampRegion, LoadTarget, ProbeTarget, Start, WallShape};
+
+/// A small coupled case in which everything is right.
+const SOUND: &str = r#"[case]
+title = "Column on a plate"
+dimension = 2
+end_time = 0.1
+output_interval = 0.01
+gravity = [0.0, -9.81]
+particle_spacing = 0.01
+
+[fluid]
+density = 1000.0
+kinematic_viscosity = 1e-6
+domain = { low = [-0.1, -0.2], high = [1.1, 1.0] }
+
+[[fluid.region]]
+name = "water"
+box = { low = [0.0, 0.0], high = [1.0, 0.5] }
+
+[[fluid.wall]]
+name = "left"
+polyline = [[0.0, 0.8], [0.0, 0.0]]
+solid_side = "right"
+
+[[fluid.wall]]
+name = "right"
+box = { low = [1.0, -0.1], high = [1.1, 0.8] }
+
+[structure.material]
+law = "saint-venant-kirchhoff"
+youngs_modulus = 1e6
+poisson_ratio = 0.3
+density = 2700.0
+
+[[structure.body]]
+name = "plate"
+box = { low = [0.0, -0.05], high = [1.0, 0.0] }
+
+[[structure.clamp]]
+name = "right-end"
+body = "plate"
+face = "right"
+
+[[structure.load]]
+name = "push"
+body = "plate"
+face = "bottom"
+force = [0.0, 10.0]
+ramp = [[0.0, 0.0], [0.01, 1.0]]
+
+[[probe]]
+name = "middle"
+on = "structure"
+quantity = "displacement"
+at = [0.5, 0.0]
+
+[[reference]]
+probe = "middle.uy"
+label = "static"
+source = "by hand"
+time = [0.05, 0.1]
+value = [-1e-3, -1e-3]
+"#;
+
+fn parse(text: &str, overrides: &[&str]) -> Result<Case, CaseErrors> {
+    let overrides: Vec<_> = overrides.iter().map(ToString::to_string).collect();
+    Case::parse(text, Path::new("case.toml"), &overrides)
+}
+
+/// The sound case with one passage changed.
+fn changed(from: &str, to: &str) -> String {
+    assert!(SOUND.contains(from), "the sound case has no {from:?}");
+    SOUND.replacen(from, to, 1)
+}
+
+fn mistakes(result: Result<Case, CaseErrors>) -> Vec<String> {
+    match result {
+        Ok(_) => Vec::new(),
+        Err(errors) => errors.errors.iter().map(ToString::to_string).collect(),
+    }
+}
+
+fn shipped(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases").join(name)
+}
+
+#[test]
+fn shipped_cases_load_and_what_is_resolved_reads_back() {
+    for name in ["elastic_gate", "hydrostatic_tank", "oscillating_plate"] {
+        let case = Case::load(&shipped(name), &[]).unwrap();
+        let again = parse(&case.to_toml(), &[]).unwrap();
+        assert_eq!(case, again, "{name}:\n{}", case.to_toml());
+        assert_eq!(case.hash(), again.hash());
+        assert_eq!(toml::from_str::<Case>(&case.to_toml()).unwrap(), case, "through serde");
+    }
+}
+
+#[test]
+fn the_gate_is_as_the_benchmark_has_it() {
+    let case = Case::load(&shipped("elastic_gate").join("case.toml"), &[]).unwrap();
+    let (fluid, structure) = (case.fluid.unwrap(), case.structure.unwrap());
+    assert_eq!(fluid.regions[0].bounds.lattice_counts(fluid.particle_spacing), [80, 112]);
+    assert_eq!(structure.bodies[0].bounds.lattice_counts(structure.particle_spacing), [4, 63]);
+    assert_eq!(structure.bodies[0].bounds.particle_count(structure.particle_spacing), 4 * 63);
+    // √(9.81 · 0.14)
+    assert!((fluid.characteristic_speed - 1.171_921_499).abs() < 1e-9);
+    assert_eq!(fluid.max_time_step, 0.005);
+    let columns: Vec<_> = case.probes.iter().flat_map(|probe| probe.columns(2)).collect();
+    assert_eq!(columns, ["tip.ux", "tip.uy", "gate.fx", "gate.fy", "tank.fx", "tank.fy", "corner.p"]);
+    let rows = structure.clamps[0].rows_box(&structure.bodies[0].bounds, 0.00125).unwrap();
+    assert_eq!((rows.low, rows.high), (vec![0.1, 0.079], vec![0.105, 0.079 + 3.0 * 0.00125]));
+}
+
+#[test]
+fn defaults_are_filled_in() {
+    let case = parse(SOUND, &[]).unwrap();
+    let (fluid, structure, coupling) =
+        (case.fluid.unwrap(), case.structure.unwrap(), case.coupling.expect("there are both sides"));
+    assert_eq!(fluid.particle_spacing, 0.01);
+    assert_eq!(fluid.regions[0].velocity, [0.0, 0.0]);
+    assert!(matches!(fluid.walls[0].shape, WallShape::Polyline { .. }));
+    assert!(matches!(fluid.walls[1].shape, WallShape::Box { .. }));
+    assert_eq!(fluid.numerics, numerics::FluidNumerics::default());
+    assert_eq!(fluid.participant, Start::Own);
+    assert_eq!(structure.material.assumption, resolved::Assumption::PlaneStrain);
+    assert_eq!(structure.clamps[0].region, ClampRegion::Face { face: Face::Right, rows: 3 });
+    assert_eq!(structure.loads[0].target, LoadTarget::Face { face: Face::Bottom });
+    assert_eq!(coupling.sub_steps, SubSteps::Fixed(100));
+    assert_eq!(coupling.max_window, 0.01);
+    assert_eq!(coupling.deadline, 60.0);
+    let body = "plate".to_owned();
+    assert_eq!(case.probes[0].target, ProbeTarget::StructurePoint { body, at: vec![0.5, 0.0] });
+    assert_eq!(case.references[0].low, case.references[0].value);
+}
+
+/// Every form that a key has two of, written and read back.
+#[test]
+fn every_form_reads_back() {
+    let text = changed("face = \"right\"", "box = { low = [0.9, -0.05], high = [1.0, 0.0] }")
+        .replacen("face = \"bottom\"", "at = [0.5, -0.05]", 1)
+        .replacen("box = { low = [0.0, -0.05]", "velocity = { mode = \"cantilever\", clamped_face = \"right\", tip_velocity = [0, 1] }\nbox = { low = [0.0, -0.05]", 1)
+        + r#"
+[[structure.load]]
+name = "weight"
+body = "plate"
+force = [0, -1]
+[fluid.participant]
+start = "by-hand"
+[structure.participant]
+command = ["mine", "--fast"]
+[coupling]
+sub_steps = "stable"
+[[probe]]
+name = "jet"
+on = "fluid"
+quantity = "velocity"
+at = [0.5, 0.2]
+[[probe]]
+name = "wall"
+on = "wall"
+wall = "right"
+quantity = "force"
+[[probe]]
+name = "foot"
+on = "wall"
+wall = "left"
+quantity = "pressure"
+at = [0.0, 0.0]
+[[probe]]
+name = "load"
+on = "structure"
+quantity = "force"
+"#;
+    let case = parse(&text, &[]).unwrap();
+    assert_eq!(parse(&case.to_toml(), &[]).unwrap(), case, "{}", case.to_toml());
+    assert_eq!(case.fluid.unwrap().participant, Start::ByHand);
+    let structure = case.structure.unwrap();
+    assert_eq!(structure.participant, Start::Command(vec!["mine".to_owned(), "--fast".to_owned()]));
+    assert!(matches!(structure.bodies[0].velocity, resolved::InitialVelocity::Mode(_)));
+    assert_eq!(structure.loads[1].target, LoadTarget::Body {});
+    assert_eq!(case.coupling.unwrap().sub_steps, SubSteps::Stable);
+    assert_eq!(case.probes[4].target, ProbeTarget::Body("plate".to_owned()));
+}
+
+#[test]
+fn three_dimensions_are_read() {
+    let text = r#"
+[case]
+title = "Cube"
+dimension = 3
+end_time = 1
+output_interval = 1
+particle_spacing = 0.1
+[structure.material]
+law = "neo-hookean"
+youngs_modulus = 1e6
+poisson_ratio = 0.3
+density = 1000
+[[structure.body]]
+name = "cube"
+box = { low = [0, 0, 0], high = [1, 1, 1] }
+[[structure.clamp]]
+name = "back"
+body = "cube"
+face = "back"
+"#;
+    let case = parse(text, &[]).unwrap();
+    assert_eq!(case.general.gravity, [0.0; 3]);
+    assert_eq!(array::<3>(&case.general.gravity), [0.0; 3]);
+    assert!(case.coupling.is_none());
+    let structure = case.structure.as_ref().unwrap();
+    assert_eq!(structure.material.assumption, resolved::Assumption::ThreeDimensional);
+    assert_eq!(structure.bodies[0].bounds.particle_count(0.1), 1000);
+    assert_eq!(parse(&case.to_toml(), &[]).unwrap(), case);
+}
+
+#[test]
+fn overrides_reach_every_key() {
+    let case = parse(
+        SOUND,
+        &[
+            "case.end_time=1",
+            "fluid.wall.left.slip=no-slip",
+            "fluid.wall.1.slip=\"no-slip\"",
+            "case.gravity.1 = -1.62",
+            "fluid.region.water.box.high=[1.0, 0.4]",
+            "coupling.sub_steps=stable",
+            "fluid.numerics.courant=0.1",
+            "case.title=One day on the moon",
+        ],
+    )
+    .unwrap();
+    assert_eq!(case.general.end_time, 1.0);
+    assert_eq!(case.general.gravity, [0.0, -1.62]);
+    assert_eq!(case.general.title, "One day on the moon");
+    let fluid = case.fluid.unwrap();
+    assert!(fluid.walls.iter().all(|wall| wall.slip == resolved::Slip::NoSlip));
+    assert_eq!(fluid.regions[0].bounds.high, [1.0, 0.4]);
+    assert_eq!(fluid.numerics.courant, 0.1);
+    assert_eq!(case.coupling.unwrap().sub_steps, SubSteps::Stable);
+}
+
+#[test]
+fn overrides_are_checked_like_the_file() {
+    let rows = [
+        ("fluid.densty=3", "--set: fluid.densty = 3: there is no such key; did you mean \"density\"?"),
+        ("fluid.density=-3", "--set: fluid.density = -3: must be over 0; its meaning: density (kg/m³)"),
+        (
+            "fluid.density=heavy",
+            "--set: fluid.density = \"heavy\": is a string, but must be a number; its meaning: density (kg/m³)",
+        ),
+        (
+            "fluid.wall.middle.slip=no-slip",
+            "--set: fluid.wall = (2 sections): has no element \"middle\"; write 0 to 1, or \"left\", \"right\"",
+        ),
+        (
+            "fluid.density.x=1",
+            "--set: fluid.density = 1000.0: is no section, but 1000.0; set the key itself, without a key below it",
+        ),
+        ("fluid.density", "--set: \"fluid.density\" has no \"=\"; write --set section.key=value"),
+        ("fluid..density=1", "--set: \"fluid..density\" is no key; write --set section.key=value"),
+    ];
+    for (setting, expected) in rows {
+        assert_eq!(mistakes(parse(SOUND, &[setting])), [expected], "{setting}");
+    }
+}
+
+#[test]
+fn the_hash_is_of_what_is_resolved() {
+    let hash = |overrides: &[&str]| parse(SOUND, overrides).unwrap().hash();
+    let plain = hash(&[]);
+    assert_eq!(plain.len(), 64);
+    assert_eq!(plain, parse(&format!("# a comment\n{SOUND}"), &[]).unwrap().hash(), "comments do not count");
+    assert_eq!(plain, hash(&["coupling.sub_steps=100"]), "a default written out is the same case");
+    assert_eq!(plain, hash(&["case.threads=1"]), "no result depends on the threads");
+    assert_ne!(plain, hash(&["fluid.density=1000.0000000000001"]), "the last digit counts");
+    assert_ne!(plain, hash(&["fluid.wall.left.slip=no-slip"]));
+}
+
+#[test]
+fn the_schema_in_the_docs_is_that_of_the_types() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/case.schema.json");
+    let committed: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    let remedy = "cargo run -p interfaces --example case-schema > docs/case.schema.json";
+    assert!(committed == schema(), "docs/case.schema.json is not what the types say: {remedy}");
+}
+
+#[test]
+fn every_key_is_in_the_docs() {
+    fn keys(node: &serde_json::Value, found: &mut Vec<String>) {
+        for (name, value) in node.as_object().into_iter().flatten() {
+            if name == "properties" {
+                found.extend(value.as_object().into_iter().flatten().map(|(key, _)| key.clone()));
+            }
+            keys(value, found);
+        }
+    }
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/case-file.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let mut found = Vec::new();
+    keys(&schema(), &mut found);
+    assert!(found.len() > 100, "the walk went wrong: {found:?}");
+    let missing: Vec<_> = found.iter().filter(|key| !page.contains(&format!("`{key}`"))).collect();
+    assert!(missing.is_empty(), "docs/case-file.md does not tell of {missing:?}");
+}
