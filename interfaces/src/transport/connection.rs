@@ -1,6 +1,6 @@
 //! One side of a connection: send, and wait with a deadline.
 
-use super::peer::{self, Alive, Peer};
+use super::peer::{Alive, OwnNode, Peer};
 use super::{Address, Traffic};
 use crate::ParticipantError;
 use crate::protocol::{Kind, MessageHeader, Payload, VERSION, unpack, words};
@@ -35,7 +35,7 @@ pub struct Connection<S: Service> {
     _outgoing: Services<S>,
     incoming: Services<S>,
     peer: Peer<S>,
-    node: Node<S>,
+    node: OwnNode<S>,
     stop: Arc<AtomicBool>,
     traffic: Traffic,
 }
@@ -49,7 +49,7 @@ struct Services<S: Service> {
 impl<S: Service> Connection<S> {
     /// The coupler's side; it creates the services.
     pub fn create(address: &Address, stop: Arc<AtomicBool>) -> Result<Self, ParticipantError> {
-        let node = peer::node::<S>(address)?;
+        let node = OwnNode::<S>::new(address)?;
         let incoming = create_services(&node, &address.to_coupler())?;
         let outgoing = create_services(&node, &address.to_participant())?;
         Self::over(node, incoming, outgoing, stop)
@@ -61,7 +61,7 @@ impl<S: Service> Connection<S> {
         deadline: Duration,
         stop: Arc<AtomicBool>,
     ) -> Result<Self, ParticipantError> {
-        let node = peer::node::<S>(address)?;
+        let node = OwnNode::<S>::new(address)?;
         let end = Instant::now() + deadline;
         let during = || format!("while looking for the coupler of {address}");
         loop {
@@ -87,7 +87,7 @@ impl<S: Service> Connection<S> {
     }
 
     fn over(
-        node: Node<S>,
+        node: OwnNode<S>,
         incoming: Services<S>,
         outgoing: Services<S>,
         stop: Arc<AtomicBool>,
@@ -228,7 +228,7 @@ impl<S: Service> Connection<S> {
     fn gone(&mut self) -> Option<String> {
         self.peer.find(&self.incoming.messages);
         let how = self.peer.ended(self.node.config())?;
-        peer::clean_up(&self.node);
+        self.node.clean_up();
         Some(how)
     }
 

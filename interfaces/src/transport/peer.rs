@@ -11,6 +11,7 @@ use iceoryx2::prelude::{
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use iceoryx2::service::{Service, ipc};
 use std::marker::PhantomData;
+use std::ops::Deref;
 use std::time::Duration;
 
 /// For another survivor to finish removing what a dead node left.
@@ -61,26 +62,65 @@ impl<S: Service> Peer<S> {
     }
 }
 
-/// A node of ours; creating one removes what dead nodes of the domain left.
-pub(super) fn node<S: Service>(address: &Address) -> Result<Node<S>, ParticipantError> {
-    let failed = |what: String| ParticipantError::Transport { during: "opening a node".to_owned(), what };
-    set_log_level_from_env_or(LogLevel::Fatal);
-    let config = address.config().map_err(failed)?;
-    NodeBuilder::new()
-        .config(&config)
-        .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create::<S>()
-        .map_err(|e| failed(format!("{e:?} ({})", address.root())))
+/// A node of ours. Creating one removes what dead nodes of the domain left; the last of a domain to go leaves nothing.
+pub(super) struct OwnNode<S: Service>(Option<Node<S>>);
+
+impl<S: Service> OwnNode<S> {
+    pub(super) fn new(address: &Address) -> Result<Self, ParticipantError> {
+        let failed = |what: String| ParticipantError::Transport { during: "opening a node".to_owned(), what };
+        set_log_level_from_env_or(LogLevel::Fatal);
+        let config = address.config().map_err(failed)?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<S>()
+            .map_err(|e| failed(format!("{e:?} ({})", address.root())))?;
+        Ok(Self(Some(node)))
+    }
+
+    /// Removes what dead nodes left, waiting for others who do the same.
+    pub(super) fn clean_up(&self) {
+        self.blocking_cleanup_dead_nodes(CLEAN_UP);
+    }
 }
 
-/// Removes what dead nodes left, waiting for others who do the same.
-pub(super) fn clean_up<S: Service>(node: &Node<S>) {
-    node.blocking_cleanup_dead_nodes(CLEAN_UP);
+impl<S: Service> Deref for OwnNode<S> {
+    type Target = Node<S>;
+
+    fn deref(&self) -> &Node<S> {
+        self.0.as_ref().expect("the node is there until it is dropped")
+    }
+}
+
+impl<S: Service> Drop for OwnNode<S> {
+    fn drop(&mut self) {
+        let Some(node) = self.0.take() else { return };
+        node.blocking_cleanup_dead_nodes(CLEAN_UP);
+        let config = node.config().clone();
+        drop(node);
+        let mut others = false;
+        let listed = Node::<S>::list(&config, |_| {
+            others = true;
+            CallbackProgression::Stop
+        });
+        if listed.is_ok() && !others {
+            remove_node_counter::<S>(&config);
+        }
+    }
+}
+
+/// Removes the one entry in shared memory that outlives all nodes of a domain: the counter that is part of a new node's identity.
+fn remove_node_counter<S: Service>(config: &Config) {
+    // SAFETY: no node of the domain is left. A process that starts at this moment keeps the counter it mapped, or creates another;
+    // the identity of its node is unique either way, for process and time in nanoseconds are part of it.
+    #[expect(unsafe_code, reason = "the library offers no other way to leave nothing in shared memory")]
+    let removed = unsafe { iceoryx2::testing::remove_global_mgmt_segment::<S>(config) };
+    // What cannot be removed is 16 bytes, which the next run uses and removes.
+    let _ = removed;
 }
 
 /// Removes what processes of the address's domain left in shared memory when they were killed. Who kills participants calls it
 /// once they are gone; a run that starts or ends does it by itself.
 pub fn remove_stale(address: &Address) -> Result<(), ParticipantError> {
-    clean_up(&node::<ipc::Service>(address)?);
-    Ok(())
+    OwnNode::<ipc::Service>::new(address).map(drop)
 }
