@@ -12,10 +12,13 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use iceoryx2::service::{Service, ipc};
 use std::marker::PhantomData;
 use std::ops::Deref;
-use std::time::Duration;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 /// For another survivor to finish removing what a dead node left.
 const CLEAN_UP: Duration = Duration::from_secs(1);
+/// For the status of a process that has closed its files.
+const STATUS: Duration = Duration::from_millis(200);
 
 /// Says how a process that the caller started has ended (`exit status: 1`), or nothing while it lives.
 pub type Alive = Box<dyn FnMut() -> Option<String>>;
@@ -24,12 +27,13 @@ pub type Alive = Box<dyn FnMut() -> Option<String>>;
 pub(super) struct Peer<S: Service> {
     node: Option<UniqueNodeId>,
     alive: Option<Alive>,
+    end: Option<String>,
     _service: PhantomData<S>,
 }
 
 impl<S: Service> Peer<S> {
     pub(super) fn unknown() -> Self {
-        Self { node: None, alive: None, _service: PhantomData }
+        Self { node: None, alive: None, end: None, _service: PhantomData }
     }
 
     /// Asks this of the process that was started, besides looking at its node.
@@ -48,11 +52,35 @@ impl<S: Service> Peer<S> {
         });
     }
 
-    /// How the other side ended, or nothing while it lives or was never seen.
-    pub(super) fn ended(&mut self, config: &Config) -> Option<String> {
-        if let Some(how) = self.alive.as_mut().and_then(|alive| alive()) {
-            return Some(how);
+    /// How the other side ended, if that was seen already.
+    pub(super) fn end(&self) -> Option<&str> {
+        self.end.as_deref()
+    }
+
+    /// Looks how the other side ended; nothing while it lives or was never seen.
+    pub(super) fn look(&mut self, config: &Config) -> Option<&str> {
+        if self.end.is_none() {
+            self.end = self.status().or_else(|| {
+                let how = self.node_end(config)?;
+                // Its files are closed a moment before its status is there, which says more.
+                let end = Instant::now() + STATUS;
+                while self.alive.is_some() && Instant::now() < end {
+                    if let Some(status) = self.status() {
+                        return Some(status);
+                    }
+                    sleep(Duration::from_millis(5));
+                }
+                Some(how)
+            });
         }
+        self.end()
+    }
+
+    fn status(&mut self) -> Option<String> {
+        self.alive.as_mut().and_then(|alive| alive())
+    }
+
+    fn node_end(&self, config: &Config) -> Option<String> {
         match Node::<S>::state_of(config, self.node?) {
             Ok(Some(NodeState::Dead(_))) => Some("its node in shared memory is dead".to_owned()),
             Ok(None) => Some("its node in shared memory is gone".to_owned()),
