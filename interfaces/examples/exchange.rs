@@ -10,7 +10,7 @@ use interfaces::{
 };
 use std::error::Error;
 use std::hint::black_box;
-use std::process::{Child, Command};
+use std::process::Command;
 use std::sync::{Arc, Mutex};
 use std::time::Instant;
 
@@ -78,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 fn measure(points: usize) -> Result<(), Box<dyn Error>> {
     let run = new_run();
-    let connect = |role| -> Result<(RemoteParticipant, Arc<Mutex<Child>>), Box<dyn Error>> {
+    let connect = |role| -> Result<_, Box<dyn Error>> {
         let address = Address::new(&run, role);
         let expectations = Expectations { case_hash: "idle".to_owned(), dimension: 2 };
         let listening =

@@ -1,6 +1,6 @@
 //! One side of a connection: send, and wait with a deadline.
 
-use super::peer::{self, Alive, Peer};
+use super::peer::{Alive, OwnNode, Peer};
 use super::{Address, Traffic};
 use crate::ParticipantError;
 use crate::protocol::{Kind, MessageHeader, Payload, VERSION, unpack, words};
@@ -35,7 +35,7 @@ pub struct Connection<S: Service> {
     _outgoing: Services<S>,
     incoming: Services<S>,
     peer: Peer<S>,
-    node: Node<S>,
+    node: OwnNode<S>,
     stop: Arc<AtomicBool>,
     traffic: Traffic,
 }
@@ -49,7 +49,7 @@ struct Services<S: Service> {
 impl<S: Service> Connection<S> {
     /// The coupler's side; it creates the services.
     pub fn create(address: &Address, stop: Arc<AtomicBool>) -> Result<Self, ParticipantError> {
-        let node = peer::node::<S>(address)?;
+        let node = OwnNode::<S>::new(address)?;
         let incoming = create_services(&node, &address.to_coupler())?;
         let outgoing = create_services(&node, &address.to_participant())?;
         Self::over(node, incoming, outgoing, stop)
@@ -61,7 +61,7 @@ impl<S: Service> Connection<S> {
         deadline: Duration,
         stop: Arc<AtomicBool>,
     ) -> Result<Self, ParticipantError> {
-        let node = peer::node::<S>(address)?;
+        let node = OwnNode::<S>::new(address)?;
         let end = Instant::now() + deadline;
         let during = || format!("while looking for the coupler of {address}");
         loop {
@@ -87,7 +87,7 @@ impl<S: Service> Connection<S> {
     }
 
     fn over(
-        node: Node<S>,
+        node: OwnNode<S>,
         incoming: Services<S>,
         outgoing: Services<S>,
         stop: Arc<AtomicBool>,
@@ -152,8 +152,8 @@ impl<S: Service> Connection<S> {
         payload.write(sample.payload_mut());
         let recipients = sample.send().map_err(|e| transport(format!("not sent: {e:?}")))?;
         if recipients == 0 {
-            self.peer.find(&self.incoming.messages);
-            return Err(match self.gone() {
+            self.look();
+            return Err(match self.peer.end() {
                 Some(how) => ParticipantError::Died { during: format!("{} ({how})", during()) },
                 None => {
                     transport(format!("nobody takes {}: not connected, or its buffer is full", header.name()))
@@ -196,6 +196,9 @@ impl<S: Service> Connection<S> {
             if let Some(message) = self.take(during)? {
                 return Ok(message);
             }
+            if let Some(how) = self.peer.end() {
+                return Err(ParticipantError::Died { during: format!("{} ({how})", during()) });
+            }
             if self.stop.load(Ordering::Relaxed) {
                 return Err(ParticipantError::Interrupted { during: during() });
             }
@@ -204,14 +207,9 @@ impl<S: Service> Connection<S> {
             };
             // An interrupt by a signal is an empty wake-up: the flag says whether it concerns us.
             let woken = self.listener.timed_wait(|_| {}, left.min(SLICE)).unwrap_or(0);
-            if woken == 0
-                && let Some(how) = self.gone()
-            {
-                // Its last words may have come between the look at the buffer and its end.
-                return match self.take(during)? {
-                    Some(message) => Ok(message),
-                    None => Err(ParticipantError::Died { during: format!("{} ({how})", during()) }),
-                };
+            if woken == 0 {
+                // What it sent before its end is still taken, by the look at the buffer that comes next.
+                self.look();
             }
         }
     }
@@ -224,12 +222,12 @@ impl<S: Service> Connection<S> {
         Ok(received.map(Message))
     }
 
-    /// How the other side ended, or nothing while it lives. What it left in shared memory is removed.
-    fn gone(&mut self) -> Option<String> {
+    /// Looks whether the other side has ended. What it left in shared memory is removed.
+    fn look(&mut self) {
         self.peer.find(&self.incoming.messages);
-        let how = self.peer.ended(self.node.config())?;
-        peer::clean_up(&self.node);
-        Some(how)
+        if self.peer.end().is_none() && self.peer.look(self.node.config()).is_some() {
+            self.node.clean_up();
+        }
     }
 
     /// Counts time spent on copying a received message.

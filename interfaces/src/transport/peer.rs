@@ -11,10 +11,14 @@ use iceoryx2::prelude::{
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use iceoryx2::service::{Service, ipc};
 use std::marker::PhantomData;
-use std::time::Duration;
+use std::ops::Deref;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 /// For another survivor to finish removing what a dead node left.
 const CLEAN_UP: Duration = Duration::from_secs(1);
+/// For the status of a process that has closed its files.
+const STATUS: Duration = Duration::from_millis(200);
 
 /// Says how a process that the caller started has ended (`exit status: 1`), or nothing while it lives.
 pub type Alive = Box<dyn FnMut() -> Option<String>>;
@@ -23,12 +27,13 @@ pub type Alive = Box<dyn FnMut() -> Option<String>>;
 pub(super) struct Peer<S: Service> {
     node: Option<UniqueNodeId>,
     alive: Option<Alive>,
+    end: Option<String>,
     _service: PhantomData<S>,
 }
 
 impl<S: Service> Peer<S> {
     pub(super) fn unknown() -> Self {
-        Self { node: None, alive: None, _service: PhantomData }
+        Self { node: None, alive: None, end: None, _service: PhantomData }
     }
 
     /// Asks this of the process that was started, besides looking at its node.
@@ -47,11 +52,35 @@ impl<S: Service> Peer<S> {
         });
     }
 
-    /// How the other side ended, or nothing while it lives or was never seen.
-    pub(super) fn ended(&mut self, config: &Config) -> Option<String> {
-        if let Some(how) = self.alive.as_mut().and_then(|alive| alive()) {
-            return Some(how);
+    /// How the other side ended, if that was seen already.
+    pub(super) fn end(&self) -> Option<&str> {
+        self.end.as_deref()
+    }
+
+    /// Looks how the other side ended; nothing while it lives or was never seen.
+    pub(super) fn look(&mut self, config: &Config) -> Option<&str> {
+        if self.end.is_none() {
+            self.end = self.status().or_else(|| {
+                let how = self.node_end(config)?;
+                // Its files are closed a moment before its status is there, which says more.
+                let end = Instant::now() + STATUS;
+                while self.alive.is_some() && Instant::now() < end {
+                    if let Some(status) = self.status() {
+                        return Some(status);
+                    }
+                    sleep(Duration::from_millis(5));
+                }
+                Some(how)
+            });
         }
+        self.end()
+    }
+
+    fn status(&mut self) -> Option<String> {
+        self.alive.as_mut().and_then(|alive| alive())
+    }
+
+    fn node_end(&self, config: &Config) -> Option<String> {
         match Node::<S>::state_of(config, self.node?) {
             Ok(Some(NodeState::Dead(_))) => Some("its node in shared memory is dead".to_owned()),
             Ok(None) => Some("its node in shared memory is gone".to_owned()),
@@ -61,26 +90,65 @@ impl<S: Service> Peer<S> {
     }
 }
 
-/// A node of ours; creating one removes what dead nodes of the domain left.
-pub(super) fn node<S: Service>(address: &Address) -> Result<Node<S>, ParticipantError> {
-    let failed = |what: String| ParticipantError::Transport { during: "opening a node".to_owned(), what };
-    set_log_level_from_env_or(LogLevel::Fatal);
-    let config = address.config().map_err(failed)?;
-    NodeBuilder::new()
-        .config(&config)
-        .signal_handling_mode(SignalHandlingMode::Disabled)
-        .create::<S>()
-        .map_err(|e| failed(format!("{e:?} ({})", address.root())))
+/// A node of ours. Creating one removes what dead nodes of the domain left; the last of a domain to go leaves nothing.
+pub(super) struct OwnNode<S: Service>(Option<Node<S>>);
+
+impl<S: Service> OwnNode<S> {
+    pub(super) fn new(address: &Address) -> Result<Self, ParticipantError> {
+        let failed = |what: String| ParticipantError::Transport { during: "opening a node".to_owned(), what };
+        set_log_level_from_env_or(LogLevel::Fatal);
+        let config = address.config().map_err(failed)?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<S>()
+            .map_err(|e| failed(format!("{e:?} ({})", address.root())))?;
+        Ok(Self(Some(node)))
+    }
+
+    /// Removes what dead nodes left, waiting for others who do the same.
+    pub(super) fn clean_up(&self) {
+        self.blocking_cleanup_dead_nodes(CLEAN_UP);
+    }
 }
 
-/// Removes what dead nodes left, waiting for others who do the same.
-pub(super) fn clean_up<S: Service>(node: &Node<S>) {
-    node.blocking_cleanup_dead_nodes(CLEAN_UP);
+impl<S: Service> Deref for OwnNode<S> {
+    type Target = Node<S>;
+
+    fn deref(&self) -> &Node<S> {
+        self.0.as_ref().expect("the node is there until it is dropped")
+    }
+}
+
+impl<S: Service> Drop for OwnNode<S> {
+    fn drop(&mut self) {
+        let Some(node) = self.0.take() else { return };
+        node.blocking_cleanup_dead_nodes(CLEAN_UP);
+        let config = node.config().clone();
+        drop(node);
+        let mut others = false;
+        let listed = Node::<S>::list(&config, |_| {
+            others = true;
+            CallbackProgression::Stop
+        });
+        if listed.is_ok() && !others {
+            remove_node_counter::<S>(&config);
+        }
+    }
+}
+
+/// Removes the one entry in shared memory that outlives all nodes of a domain: the counter that is part of a new node's identity.
+fn remove_node_counter<S: Service>(config: &Config) {
+    // SAFETY: no node of the domain is left. A process that starts at this moment keeps the counter it mapped, or creates another;
+    // the identity of its node is unique either way, for process and time in nanoseconds are part of it.
+    #[expect(unsafe_code, reason = "the library offers no other way to leave nothing in shared memory")]
+    let removed = unsafe { iceoryx2::testing::remove_global_mgmt_segment::<S>(config) };
+    // What cannot be removed is 16 bytes, which the next run uses and removes.
+    let _ = removed;
 }
 
 /// Removes what processes of the address's domain left in shared memory when they were killed. Who kills participants calls it
 /// once they are gone; a run that starts or ends does it by itself.
 pub fn remove_stale(address: &Address) -> Result<(), ParticipantError> {
-    clean_up(&node::<ipc::Service>(address)?);
-    Ok(())
+    OwnNode::<ipc::Service>::new(address).map(drop)
 }
