@@ -140,7 +140,6 @@ fn a_compliant_column_is_stable_for_any_mass_and_relaxation() {
             // their displacement is of the order (2π/200)² = 1e-3 of the amplitude each, times μ.
             let slack = (1.0 + mass_ratio) * (2.0 * PI / 200.0_f64).powi(2) / relaxation;
             assert!(largest < 0.01 * (1.0 + slack), "{mass_ratio} {relaxation}: {largest}");
-            assert!(heights[1990..].iter().all(|h| h.is_finite()));
         }
     }
 }
