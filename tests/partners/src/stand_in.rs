@@ -1,7 +1,7 @@
 //! What all mocks share: the accepted state and the trial, saving, and the checks of shapes.
 
 use interfaces::fields::wrong_length;
-use interfaces::{Description, Direction, Exchange, Fields, Participant, ParticipantError, Readiness};
+use interfaces::{Description, Direction, Exchange, Fields, Participant, ParticipantError, Port, Readiness};
 use interfaces::{TimeWindow, WindowReport};
 use std::time::Instant;
 
@@ -65,10 +65,10 @@ impl<M: Model> StandIn<M> {
         &self.model
     }
 
-    fn check_lengths(&self, inputs: &Fields) -> Result<(), ParticipantError> {
-        for port in self.description.ports.iter().filter(|p| p.direction == Direction::In) {
-            let port = interfaces::Port { points: port.points.or(Some(self.points)), ..port.clone() };
-            let found = inputs.get(&port.name).map_or(0, <[f64]>::len);
+    fn check_lengths(&self, fields: &Fields, direction: Direction) -> Result<(), ParticipantError> {
+        for port in self.description.ports.iter().filter(|p| p.direction == direction) {
+            let port = Port { points: port.points.or(Some(self.points)), ..port.clone() };
+            let found = fields.get(&port.name).map_or(0, <[f64]>::len);
             if Some(found) != port.points.map(|n| n * port.components) {
                 return Err(wrong_length(&port, found).into());
             }
@@ -94,7 +94,8 @@ impl<M: Model> Participant for StandIn<M> {
             .map(|(port, array)| array.len() / port.components)
             .next()
             .unwrap_or(0);
-        self.check_lengths(inputs)?;
+        self.check_lengths(inputs, Direction::In)?;
+        self.check_lengths(outputs, Direction::Out)?;
         self.accepted = self.model.initial(start, inputs)?;
         self.model.constants(outputs);
         self.model.outputs(&self.accepted, outputs);
@@ -103,13 +104,14 @@ impl<M: Model> Participant for StandIn<M> {
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
         let began = Instant::now();
-        self.check_lengths(inputs)?;
+        self.check_lengths(inputs, Direction::In)?;
         let (state, sub_steps) = self.model.advance(&self.accepted, window, inputs)?;
         self.trial = Some(Trial { state, sub_steps, compute_seconds: began.elapsed().as_secs_f64() });
         Ok(())
     }
 
     fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+        self.check_lengths(outputs, Direction::Out)?;
         let trial = self.trial.as_ref().ok_or_else(no_window)?;
         self.model.outputs(&trial.state, outputs);
         Ok(WindowReport {

@@ -66,7 +66,9 @@ impl Pair {
         let (_, mut moved) = both(self.structure.describe(), 0);
         self.structure.start(&window, &self.load).expect("a structure that solves");
         self.structure.finish(&mut moved).expect("a structure that solves");
-        self.motion.copy_from(&moved, |exchange| exchange == Exchange::EveryWindow).expect("lengths that agree");
+        self.motion
+            .copy_from(&moved, |exchange| exchange == Exchange::EveryWindow)
+            .expect("lengths that agree");
         if let Some(held) = self.motion.get_mut(names::HELD_PRESSURE_GRADIENT) {
             held.copy_from_slice(self.load.get(names::PRESSURE_GRADIENT).expect("taken"));
         }
@@ -91,14 +93,14 @@ fn both(description: &Description, points: usize) -> (Fields, Fields) {
 fn explicit_coupling_to_a_moving_wall_grows_by_minus_the_mass_ratio() {
     for mass_ratio in [0.5, 0.9, 1.1, 3.0] {
         let fluid = format!("added-mass-column mass={}", mass_ratio * MASS);
-        // So small a window that the spring does nothing: (ω Δt)² = 4e-6 a window.
-        let mut pair = Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, 1.0, 1e-4);
+        // So small a window that the spring does nothing: (ω Δt)² = 4e-8.
+        let mut pair = Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, 1.0, 1e-5);
         let forces: Vec<f64> = (0..20).map(|_| pair.advance(1, false).0).collect();
-        // Force = amplitude · (−μ)ⁿ + a smooth part: the difference of successive growths shows the root.
+        // Force = amplitude · (−μ)ⁿ + a smooth part, whose differences are 8 (ω Δt)² = 3e-7 of the amplitude after 8 windows; those of the
+        // other part are 1.5 · 0.5⁸ = 6e-3 of it at least: 5e-5 of the factor.
         let differences: Vec<f64> = forces.windows(2).map(|f| f[1] - f[0]).collect();
         let factor = differences[8] / differences[7];
-        // Sources: the smooth part, at most (ω Δt)² · 20 windows / μ^20 of the alternating one for μ ≥ 0.9; for μ = 0.5 after 8 windows 4e-6/0.5⁸ = 1e-3.
-        assert!((factor + mass_ratio).abs() < 5e-3, "{mass_ratio}: {factor}");
+        assert!((factor + mass_ratio).abs() < 2e-4, "{mass_ratio}: {factor}");
         assert_eq!(forces[19].abs() > forces[0].abs(), mass_ratio > 1.0, "{mass_ratio}: {forces:?}");
     }
 }
@@ -109,8 +111,7 @@ fn iterations_of_a_moving_wall_contract_by_the_relaxation_alone() {
     for (relaxation, factor) in [(0.3, -2.0), (0.05, 0.5), (0.15, -0.5)] {
         let fluid = format!("added-mass-column mass={}", 9.0 * MASS);
         let force = |solutions| {
-            let mut pair =
-                Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, relaxation, 1e-4);
+            let mut pair = Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, relaxation, 1e-4);
             pair.advance(solutions, false).0
         };
         let (first, second, third) = (force(4), force(5), force(6));
@@ -139,7 +140,6 @@ fn a_compliant_column_is_stable_for_any_mass_and_relaxation() {
             // their displacement is of the order (2π/200)² = 1e-3 of the amplitude each, times μ.
             let slack = (1.0 + mass_ratio) * (2.0 * PI / 200.0_f64).powi(2) / relaxation;
             assert!(largest < 0.01 * (1.0 + slack), "{mass_ratio} {relaxation}: {largest}");
-            assert!(heights[1990..].iter().all(|h| h.is_finite()));
         }
     }
 }
@@ -164,38 +164,37 @@ fn oscillation(heights: &[f64], size: f64) -> (f64, f64) {
 
 #[test]
 fn the_wet_period_errs_by_the_second_order_and_the_damping_by_the_first() {
-    let (mass_ratio, relaxation) = (2.0, 0.5);
-    let omega = (STIFFNESS / (MASS * (1.0 + mass_ratio))).sqrt();
-    let wet = 2.0 * PI / omega;
-    let fluid = format!("added-mass-column wall=compliant mass={}", mass_ratio * MASS);
-    let lag = (1.0 - relaxation) / relaxation;
-    for windows in [200.0, 400.0] {
+    for (mass_ratio, relaxation, windows) in
+        [(2.0, 0.5, 200.0), (2.0, 0.5, 400.0), (9.0, 0.4, 400.0), (9.0, 1.0, 400.0)]
+    {
+        let (mu, r): (f64, f64) = (mass_ratio, relaxation);
+        let omega = (STIFFNESS / (MASS * (1.0 + mu))).sqrt();
+        let (wet, lag) = (2.0 * PI / omega, (1.0 - r) / r);
         let size = wet / windows;
-        let mut pair = Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, relaxation, size);
+        let fluid = format!("added-mass-column wall=compliant mass={}", mu * MASS);
+        let mut pair = Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, r, size);
         let heights: Vec<f64> = (0..(6.0 * windows) as usize).map(|_| pair.advance(1, true).1).collect();
         let (period, decrement) = oscillation(&heights, size);
-        // The recipe's bound of the relative error of the period.
-        let bound = (omega * size).powi(2) * mass_ratio * lag;
+        let second =
+            (12.0 - 13.0 * r) * r * mu * mu + (3.0 - 5.0 * r * r) * mu - 7.0 * r * r + 18.0 * r - 12.0;
+        let expected = mu * second / (24.0 * (r * (1.0 + mu)).powi(2)) * (omega * size).powi(2);
         let error = period / wet - 1.0;
-        println!("{windows} windows a period: error {error:.3e}, bound {bound:.3e}, decrement {decrement:.3e}");
-        assert!(error.abs() < bound, "{windows}: error {error}, bound {bound}");
-        // Rate ½ ω² Δt β (1 − r)/r over a period 2π/ω; the next order's share is ω Δt · (1 + μ) = 0.1 at most.
-        let beta = mass_ratio / (1.0 + mass_ratio);
-        let expected = PI * omega * size * beta * lag;
-        assert!((decrement / expected - 1.0).abs() < 0.1, "{windows}: {decrement}, expected {expected}");
+        println!(
+            "μ {mu}, r {r}, {windows} windows a period: error {error:.4e}, expected {expected:.4e}, decrement {decrement:.4e}"
+        );
+        // The next even order's share is a few times μ (ω Δt)², at most 9 · 2.5e-4 here.
+        assert!((error - expected).abs() < 0.02 * expected.abs(), "{mu} {r} {windows}: {error} {expected}");
+        // The recipe's estimate, (ω Δt)² μ (1 − r)/r, bounds it where there is a lag.
+        assert!(r == 1.0 || error.abs() < (omega * size).powi(2) * mu * lag);
+        // Rate ½ ω² Δt β (1 − r)/r over a period 2π/ω.
+        let damping = PI * omega * size * mu / (1.0 + mu) * lag;
+        // Peaks stand on windows: (ω Δt)²/8 of a peak at most is missed, over four periods.
+        let missed = (omega * size).powi(2) / 8.0;
+        assert!(
+            (decrement - damping).abs() < 0.02 * damping + missed,
+            "{mu} {r} {windows}: {decrement} {damping}"
+        );
     }
-}
-
-#[test]
-fn without_a_lag_the_wet_period_is_exact_up_to_the_windows_own_order() {
-    let (mass_ratio, windows) = (9.0, 200.0);
-    let wet = 2.0 * PI * (MASS * (1.0 + mass_ratio) / STIFFNESS).sqrt();
-    let fluid = format!("added-mass-column wall=compliant mass={}", mass_ratio * MASS);
-    let mut pair = Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, 1.0, wet / windows);
-    let heights: Vec<f64> = (0..(6.0 * windows) as usize).map(|_| pair.advance(1, true).1).collect();
-    let (period, _) = oscillation(&heights, wet / windows);
-    // (2π/200)² = 1e-3.
-    assert!((period / wet - 1.0).abs() < 1e-3, "{period} {wet}");
 }
 
 #[test]

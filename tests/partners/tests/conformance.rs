@@ -26,15 +26,13 @@ const MOCKS: [&str; 14] = [
 fn every_mock_conforms() {
     for words in MOCKS {
         let make = || build(words).unwrap_or_else(|error| panic!("{words}: {error}"));
-        for (sub_steps, points) in
-            [(SubSteps::Fixed(3), 5), (SubSteps::Stable, 5), (SubSteps::Fixed(100), 1)]
+        for (sub_steps, points) in [(SubSteps::Fixed(3), 5), (SubSteps::Stable, 5), (SubSteps::Fixed(100), 1)]
         {
             let options = Options { sub_steps, points, ..Options::default() };
             check(make, &options).unwrap_or_else(|broken| panic!("{words}: {broken}"));
         }
         let recorded = || Box::new(Recording::new(make(), Log::default())) as Box<dyn Participant>;
-        check(recorded, &Options::default())
-            .unwrap_or_else(|broken| panic!("{words}, recorded: {broken}"));
+        check(recorded, &Options::default()).unwrap_or_else(|broken| panic!("{words}, recorded: {broken}"));
     }
 }
 
@@ -81,7 +79,12 @@ impl Participant for Careless {
     fn describe(&self) -> &Description {
         self.inner.describe()
     }
-    fn initialize(&mut self, t: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn initialize(
+        &mut self,
+        t: f64,
+        inputs: &Fields,
+        outputs: &mut Fields,
+    ) -> Result<Readiness, ParticipantError> {
         self.inner.initialize(t, inputs, outputs)
     }
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
@@ -92,7 +95,9 @@ impl Participant for Careless {
         let before = outputs.get("velocity").expect("a structure's field").to_vec();
         let report = self.inner.finish(outputs)?;
         match self.flaw {
-            Flaw::Counts => outputs.get_mut("position").expect("a field")[0] += f64::from(self.solutions) * 1e-9,
+            Flaw::Counts => {
+                outputs.get_mut("position").expect("a field")[0] += f64::from(self.solutions) * 1e-9;
+            }
             Flaw::LeavesOut => outputs.get_mut("velocity").expect("a field").copy_from_slice(&before),
             Flaw::Rewrites => {
                 let constants = outputs.iter_mut().filter(|(port, _)| port.exchange == Exchange::Constant);

@@ -25,9 +25,10 @@ pub enum WallModel {
 /// - moving wall, load relaxed by `r`: `1 − r (1 + μ)`. Explicit (`r = 1`) it is `−μ`, whatever the window's size: it diverges for `m_a > m_s`. It is
 ///   stable for `r < 2/(1 + μ)`, and `r = 1/(1 + μ)` is exact, as are Aitken's from the second iteration on.
 /// - compliant, load relaxed by `r`: the roots of `z² − (1 − r)(1 + β) z + (1 − r) β` with `β = μ/(1 + μ)`, inside the unit circle for
-///   every `0 < r ≤ 1` and every `μ`, and zero for `r = 1`. What is left is an error of accuracy: for small `ω Δt` the structure's acceleration is
-///   `1 + β (1 − r)/r · iωΔt − μ (1 − r)/r · (ωΔt)² + …` times the exact one, that is a damping of the first order, at the rate
-///   `½ ω² Δt β (1 − r)/r`, and a longer period of the second order.
+///   every `0 < r ≤ 1` and every `μ`, and zero for `r = 1`. What is left is an error of accuracy. With the wet `ω = 2π/T` and the load held over a
+///   structure that is solved exactly, the expansion of the eigenvalue in `ωΔt` gives a damping of the first order, at the rate
+///   `½ ω² Δt β (1 − r)/r`, and a period of `T (1 + e (ωΔt)²)`,
+///   `e = μ [(12 − 13r) r μ² + (3 − 5r²) μ − 7r² + 18r − 12] / (24 r² (1 + μ)²)`: about `½ μ (1 − r)/r − μ/24` for a heavy column, and `−μ/24` for `r = 1`.
 ///
 /// State: velocity of the column along the axis (m/s), force on the structure along it (N).
 #[derive(Clone, Debug)]
