@@ -36,7 +36,10 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
                 ClampRegion::Box { bounds } => {
                     let tolerance = TOUCHING * body.spacing();
                     for (position, clamped) in body.positions.iter().zip(&mut body.clamped) {
-                        *clamped |= bounds.contains(position.as_slice(), tolerance);
+                        let inside = |i: usize| {
+                            bounds.low[i] - tolerance <= position[i] && position[i] <= bounds.high[i] + tolerance
+                        };
+                        *clamped |= (0..D).all(inside);
                     }
                 }
             }
