@@ -1,1 +1,4 @@
 //! Incompressible SPH fluid (ISPH, projection method).
+
+pub mod conjugate_gradients;
+pub mod multigrid;
