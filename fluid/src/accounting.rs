@@ -1,6 +1,6 @@
 //! What a step reports: solves, energy, momentum, volume.
 
-use crate::conjugate_gradients::Solve;
+use crate::conjugate_gradients::Outcome;
 use crate::neighbourhood::Neighbourhood;
 use crate::state::State;
 use crate::surface::Surface;
@@ -14,9 +14,9 @@ pub struct StepReport<const D: usize> {
     /// Length of the step (s).
     pub dt: f64,
     /// The pressure solve.
-    pub pressure_solve: Solve,
+    pub pressure_solve: Outcome,
     /// The position projection's solve.
-    pub position_solve: Solve,
+    pub position_solve: Outcome,
     /// θ: share of Eq. (18) that energy allowed.
     pub gradient_share: f64,
     /// Kinetic energy at the end.
@@ -71,8 +71,8 @@ impl<const D: usize> Default for StepReport<D> {
     fn default() -> Self {
         Self {
             dt: 0.0,
-            pressure_solve: Solve::default(),
-            position_solve: Solve::default(),
+            pressure_solve: Outcome::default(),
+            position_solve: Outcome::default(),
             gradient_share: 0.0,
             kinetic_energy: 0.0,
             potential_energy: 0.0,

@@ -1,96 +1,154 @@
-//! Preconditioned conjugate gradients for the pressure, with the one place where a preconditioner is applied.
+//! Preconditioned conjugate gradients.
+//!
+//! Hestenes and Stiefel (1952). The operator and the preconditioner must be symmetric positive definite and must not change
+//! between iterations.
 
-use crate::pressure_operator::{OperatorScratch, PressureOperator};
 use rayon::prelude::*;
-use sph::parallel;
 
-/// What a solve came to.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Solve {
-    /// Iterations.
+/// Unknowns summed by one task, fixed so that rounding does not depend on the number of threads.
+const CHUNK: usize = 2048;
+
+/// Vectors that a solve works with; kept between solves, they are allocated once.
+#[derive(Clone, Debug, Default)]
+pub struct Scratch {
+    residual: Vec<f64>,
+    preconditioned: Vec<f64>,
+    direction: Vec<f64>,
+    product: Vec<f64>,
+    partial: Vec<f64>,
+}
+
+impl Scratch {
+    /// `b − A x` of the last solve, as the recurrence carries it.
+    pub fn residual(&self) -> &[f64] {
+        &self.residual
+    }
+}
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Residual norm relative to that of the right-hand side at which the solve has converged.
+    pub tolerance: f64,
+    /// Most iterations to take.
     pub iterations: usize,
-    /// `|b − A p|/|b|` at the end.
+}
+
+/// What a solve did. Whether a residual above the tolerance is acceptable is the caller's to decide.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Iterations taken, one application of the operator each (and one more for a start that is not zero).
+    pub iterations: usize,
+    /// `‖b − A x‖ / ‖b‖` as the recurrence carries it; zero where `b` is zero. Not finite if the operator, the preconditioner
+    /// or the right-hand side was not.
     pub residual: f64,
-    /// Whether the tolerance was reached.
+    /// Whether the residual met the tolerance.
     pub converged: bool,
 }
 
-/// Memory of the solver.
-#[derive(Clone, Debug, Default)]
-pub struct SolverScratch<const D: usize> {
-    /// The residual `b − A p` after a solve.
-    pub residual: Vec<f64>,
-    preconditioned: Vec<f64>,
-    direction: Vec<f64>,
-    image: Vec<f64>,
-    /// For the operator.
-    pub operator: OperatorScratch<D>,
-}
-
-/// Solves `(A + …) p = b` on the unknown pressures, starting from `p`; known ones must be zero in `p` and `b`.
-/// `precondition(r, z)` sets `z ≈ A⁻¹ r`, must be symmetric and positive, and leaves known entries zero.
-pub fn solve<const D: usize>(
-    operator: &PressureOperator<'_, D>,
+/// Solves `A x = b` from the start `x`, or from zero where that is nearer; `operator(v, out)` writes `A v`, `preconditioner(r, out)` an approximation of `A⁻¹ r`.
+pub fn solve(
+    mut operator: impl FnMut(&[f64], &mut [f64]),
+    mut preconditioner: impl FnMut(&[f64], &mut [f64]),
     b: &[f64],
-    p: &mut [f64],
-    tolerance: f64,
-    iteration_limit: usize,
-    scratch: &mut SolverScratch<D>,
-    mut precondition: impl FnMut(&[f64], &mut [f64]),
-) -> Solve {
+    x: &mut [f64],
+    limits: Limits,
+    scratch: &mut Scratch,
+) -> Outcome {
+    assert_eq!(b.len(), x.len(), "one unknown for every equation");
     let n = b.len();
-    let SolverScratch { residual, preconditioned, direction, image, operator: operator_scratch } = scratch;
-    for field in [&mut *residual, preconditioned, direction, image] {
-        field.resize(n, 0.0);
+    let Scratch { residual, preconditioned, direction, product, partial } = scratch;
+    for v in [&mut *residual, &mut *preconditioned, &mut *direction, &mut *product] {
+        v.resize(n, 0.0);
     }
-    let dot = |x: &[f64], y: &[f64]| parallel::sum(n, |i| x[i] * y[i]);
-    let norm_b = dot(b, b).sqrt();
-    if norm_b == 0.0 {
-        p.fill(0.0);
+    partial.resize(n.div_ceil(CHUNK), 0.0);
+
+    let b_norm = dot(b, b, partial).sqrt();
+    if b_norm == 0.0 {
+        x.fill(0.0);
         residual.fill(0.0);
-        return Solve { iterations: 0, residual: 0.0, converged: true };
+        return Outcome { iterations: 0, residual: 0.0, converged: true };
     }
-    operator.apply(p, image, operator_scratch);
-    for i in 0..n {
-        residual[i] = b[i] - image[i];
-    }
-    let mut relative = dot(residual, residual).sqrt() / norm_b;
-    if relative > 1.0 {
-        // The start is worse than none.
-        p.fill(0.0);
+    let target = limits.tolerance * b_norm;
+    operator(x, product);
+    let mut r_norm = subtract(b, product, residual, partial).sqrt();
+    if r_norm > b_norm {
+        x.fill(0.0);
         residual.copy_from_slice(b);
-        relative = 1.0;
+        r_norm = b_norm;
     }
-    let mut rho = 0.0;
+    let mut rz = 1.0;
     let mut iterations = 0;
-    while relative > tolerance && iterations < iteration_limit {
-        precondition(residual, preconditioned);
-        let rho_new = dot(residual, preconditioned);
-        let beta = if iterations == 0 { 0.0 } else { rho_new / rho };
-        rho = rho_new;
-        direction
-            .par_iter_mut()
-            .with_min_len(4096)
-            .zip(&*preconditioned)
-            .for_each(|(d, z)| *d = z + beta * *d);
-        operator.apply(direction, image, operator_scratch);
-        let curvature = dot(direction, image);
-        // Not positive only when the preconditioner or the operator is broken, or everything is zero to rounding.
-        if curvature.partial_cmp(&0.0) != Some(std::cmp::Ordering::Greater) {
-            break;
-        }
-        let step = rho / curvature;
-        p.par_iter_mut()
-            .zip(residual.par_iter_mut())
-            .with_min_len(4096)
-            .zip(&*direction)
-            .zip(&*image)
-            .for_each(|(((p, r), d), q)| {
-                *p += step * d;
-                *r -= step * q;
-            });
-        relative = dot(residual, residual).sqrt() / norm_b;
+    // Also left when something is not finite: no comparison with it holds.
+    while r_norm > target && iterations < limits.iterations {
+        preconditioner(residual, preconditioned);
+        let rz_new = dot(residual, preconditioned, partial);
+        let beta = if iterations == 0 { 0.0 } else { rz_new / rz };
+        rz = rz_new;
+        turn(beta, preconditioned, direction);
+        operator(direction, product);
+        let alpha = rz / dot(direction, product, partial);
+        r_norm = advance(alpha, direction, product, x, residual, partial).sqrt();
         iterations += 1;
     }
-    Solve { iterations, residual: relative, converged: relative <= tolerance }
+    Outcome { iterations, residual: r_norm / b_norm, converged: r_norm <= target }
+}
+
+/// `Σ a_i b_i`.
+fn dot(a: &[f64], b: &[f64], partial: &mut [f64]) -> f64 {
+    let of = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    partial
+        .par_iter_mut()
+        .zip(a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)))
+        .for_each(|(sum, (a, b))| *sum = of(a, b));
+    partial.iter().sum()
+}
+
+/// `r = b − product`; returns `|r|²`.
+fn subtract(b: &[f64], product: &[f64], r: &mut [f64], partial: &mut [f64]) -> f64 {
+    partial
+        .par_iter_mut()
+        .zip(r.par_chunks_mut(CHUNK).zip(b.par_chunks(CHUNK).zip(product.par_chunks(CHUNK))))
+        .for_each(|(sum, (r, (b, product)))| {
+            *sum = 0.0;
+            for ((r, b), q) in r.iter_mut().zip(b).zip(product) {
+                *r = b - q;
+                *sum += *r * *r;
+            }
+        });
+    partial.iter().sum()
+}
+
+/// `direction = preconditioned + β direction`.
+fn turn(beta: f64, preconditioned: &[f64], direction: &mut [f64]) {
+    direction.par_chunks_mut(CHUNK).zip(preconditioned.par_chunks(CHUNK)).for_each(|(d, z)| {
+        for (d, z) in d.iter_mut().zip(z) {
+            // A first direction of an earlier solve may hold anything: β = 0 must not multiply it.
+            *d = if beta == 0.0 { *z } else { z + beta * *d };
+        }
+    });
+}
+
+/// `x += α direction`, `r −= α product`; returns `|r|²`.
+fn advance(
+    alpha: f64,
+    direction: &[f64],
+    product: &[f64],
+    x: &mut [f64],
+    r: &mut [f64],
+    partial: &mut [f64],
+) -> f64 {
+    partial
+        .par_iter_mut()
+        .zip(x.par_chunks_mut(CHUNK).zip(r.par_chunks_mut(CHUNK)))
+        .zip(direction.par_chunks(CHUNK).zip(product.par_chunks(CHUNK)))
+        .for_each(|((sum, (x, r)), (d, q))| {
+            *sum = 0.0;
+            for k in 0..x.len() {
+                x[k] += alpha * d[k];
+                r[k] -= alpha * q[k];
+                *sum += r[k] * r[k];
+            }
+        });
+    partial.iter().sum()
 }

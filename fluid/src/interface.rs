@@ -68,7 +68,7 @@ pub struct StructureSurface {
     list: NeighbourList,
 }
 
-/// `|Σ_s V_s ∇W| h` below which a particle counts as deep inside: one layer below a flat surface it is 0.13, in the surface layer 0.55.
+/// `|Σ_s V_s ∇W| h` below which a particle counts as deep inside: one layer below a flat surface it is 0.03, in the surface layer 0.56 (lattice, h = 1.2 Δx).
 const EXPOSED: f64 = 0.25;
 
 impl StructureSurface {

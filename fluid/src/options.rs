@@ -119,7 +119,7 @@ impl Default for Options {
             laplacian_share: 0.1,
             regularisation: 1e-6,
             pocket_regularisation: 1e-2,
-            preconditioner: Preconditioner::Jacobi,
+            preconditioner: Preconditioner::Multigrid,
             pressure_tolerance: 1e-3,
             position_tolerance: 5e-2,
             iteration_limit: 1000,

@@ -33,7 +33,9 @@ impl<const D: usize> Fluid<D> {
 
     /// Force (N) of the fluid on a named part of the walls in the last step: the transpose of the divergence, contact and friction.
     pub fn wall_force(&self, name: &str) -> Option<Vector<D>> {
-        self.walls.part(name).map(|part| self.scratch.wall_forces.get(part).copied().unwrap_or_else(Vector::zeros))
+        self.walls
+            .part(name)
+            .map(|part| self.scratch.wall_forces.get(part).copied().unwrap_or_else(Vector::zeros))
     }
 
     /// Lists and sums of the last step, on the positions it started from.
@@ -61,7 +63,11 @@ impl<const D: usize> Probe<'_, D> {
         // The value at r of the fitted field is Σ W (1 − l·(r_b − r)) f_b / Σ W (1 − l·(r_b − r)) with spread·l = lean.
         let h = self.kernel.smoothing_length();
         let spanned = tensor::smallest_eigenvalue(&spread) > 0.02 * weight * h * h;
-        let slope = if spanned { tensor::inverse(&spread).map_or(Vector::zeros(), |m| m * lean) } else { Vector::zeros() };
+        let slope = if spanned {
+            tensor::inverse(&spread).map_or(Vector::zeros(), |m| m * lean)
+        } else {
+            Vector::zeros()
+        };
         let scale = weight - slope.dot(&lean);
         let (slope, scale) = if scale > 0.1 * weight { (slope, scale) } else { (Vector::zeros(), weight) };
         let (mut pressure, mut velocity) = (0.0, Vector::zeros());

@@ -1,15 +1,16 @@
 //! One time step of the fluid: the algorithm, a line a stage.
 
 use crate::accounting::{self, StepReport};
-use crate::conjugate_gradients::{self, Solve, SolverScratch};
+use crate::conjugate_gradients::{self, Limits, Outcome};
 use crate::contact::{self, Approach};
 use crate::error::Error;
 use crate::interface::{InterfaceInput, InterfaceOutput, InterfaceParticles, StructureSurface};
 use crate::interface_load;
 use crate::neighbourhood::{Bodies, Neighbourhood};
-use crate::options::{Load, Options, Preconditioner, Scheme};
+use crate::options::{Load, Options, Scheme};
 use crate::position_projection;
-use crate::pressure_operator::{self, PressureOperator};
+use crate::preconditioner::PressurePreconditioner;
+use crate::pressure_operator::{self, OperatorScratch, PressureOperator};
 use crate::shifting::{self, ShiftingInput};
 use crate::state::{State, SurfaceClass};
 use crate::surface::Surface;
@@ -68,7 +69,10 @@ pub(crate) struct Scratch<const D: usize> {
     right: Vec<f64>,
     known: Vec<f64>,
     wall_rate: Vec<f64>,
-    solver: SolverScratch<D>,
+    preconditioner: PressurePreconditioner,
+    solver: conjugate_gradients::Scratch,
+    operator: OperatorScratch<D>,
+    known_image: Vec<f64>,
     viscous: ViscousScratch<D>,
     viscous_accelerations: Vec<Vector<D>>,
     predicted: Vec<Vector<D>>,
@@ -259,6 +263,16 @@ impl<const D: usize> Fluid<D> {
             s.extra_diagonal[a] = kappa + s.diagonal[a] * (1.0 / alpha - 1.0);
             s.diagonal[a] += s.extra_diagonal[a];
         }
+        let density = self.properties.density;
+        s.preconditioner.prepare(
+            &self.options,
+            &s.neighbourhood,
+            &s.own,
+            density,
+            &s.extra_diagonal,
+            &s.diagonal,
+            &s.surface.free,
+        );
     }
 
     fn project_positions(
@@ -290,15 +304,13 @@ impl<const D: usize> Fluid<D> {
         );
         let q = &mut trial.position_potentials;
         clear_known(q, &s.surface.free);
-        let diagonal = &s.diagonal;
         report.position_solve = conjugate_gradients::solve(
-            &a,
+            |p, out| a.apply(p, out, &mut s.operator),
+            |r, z| s.preconditioner.apply(r, z),
             &s.right,
             q,
-            self.options.position_tolerance,
-            self.options.iteration_limit,
+            Limits { tolerance: self.options.position_tolerance, iterations: self.options.iteration_limit },
             &mut s.solver,
-            |r, z| precondition(self.options.preconditioner, diagonal, r, z),
         );
         require(&report.position_solve, "position correction", time, self.options.position_tolerance)?;
         let limit = 0.1 * self.properties.spacing;
@@ -423,29 +435,26 @@ impl<const D: usize> Fluid<D> {
                 accepted,
                 &mut s.known,
             );
-            s.solver.residual.resize(accepted.len(), 0.0);
-            let image = &mut s.solver.residual;
-            a.apply(&s.known, image, &mut s.solver.operator);
-            s.right.iter_mut().zip(image).for_each(|(b, known)| *b -= *known);
+            s.known_image.resize(accepted.len(), 0.0);
+            a.apply(&s.known, &mut s.known_image, &mut s.operator);
+            s.right.iter_mut().zip(&s.known_image).for_each(|(b, known)| *b -= known);
         }
         clear_known(&mut s.right, &s.surface.free);
         let p = &mut trial.pressures;
         clear_known(p, &s.surface.free);
-        let diagonal = &s.diagonal;
         let tolerance = self.options.pressure_tolerance;
         report.pressure_solve = conjugate_gradients::solve(
-            &a,
+            |p, out| a.apply(p, out, &mut s.operator),
+            |r, z| s.preconditioner.apply(r, z),
             &s.right,
             p,
-            tolerance,
-            self.options.iteration_limit,
+            Limits { tolerance, iterations: self.options.iteration_limit },
             &mut s.solver,
-            |r, z| precondition(self.options.preconditioner, diagonal, r, z),
         );
         require(&report.pressure_solve, "pressure", time, tolerance)?;
         // An inexact solution can overshoot in energy; the multiple of it that is orthogonal to its residual cannot.
         let pb = parallel::sum(p.len(), |i| p[i] * s.right[i]);
-        let pr = parallel::sum(p.len(), |i| p[i] * s.solver.residual[i]);
+        let pr = parallel::sum(p.len(), |i| p[i] * s.solver.residual()[i]);
         let scale = if pb > 0.0 && pb - pr > 0.0 { pb / (pb - pr) } else { 1.0 };
         p.iter_mut().zip(&s.known).for_each(|(p, known)| *p = *p * scale + known);
         Ok(())
@@ -722,19 +731,6 @@ fn operator<'a, const D: usize>(
     }
 }
 
-/// The one place where a preconditioner is applied.
-fn precondition(kind: Preconditioner, diagonal: &[f64], r: &[f64], z: &mut [f64]) {
-    match kind {
-        Preconditioner::Jacobi | Preconditioner::Multigrid => {
-            z.par_iter_mut()
-                .with_min_len(4096)
-                .zip(r)
-                .zip(diagonal)
-                .for_each(|((z, r), d)| *z = if *d > 0.0 { r / d } else { 0.0 });
-        }
-    }
-}
-
 fn clear_known(values: &mut [f64], free: &[bool]) {
     for (value, free) in values.iter_mut().zip(free) {
         if !free {
@@ -743,10 +739,10 @@ fn clear_known(values: &mut [f64], free: &[bool]) {
     }
 }
 
-fn require(solve: &Solve, unknown: &'static str, time: f64, tolerance: f64) -> Result<(), Error> {
+fn require(solve: &Outcome, unknown: &'static str, time: f64, tolerance: f64) -> Result<(), Error> {
     if solve.converged {
         return Ok(());
     }
-    let Solve { iterations, residual, .. } = *solve;
+    let Outcome { iterations, residual, .. } = *solve;
     Err(Error::Solve { unknown, time, residual, iterations, tolerance })
 }

@@ -230,7 +230,12 @@ fn corrected_laplacian_is_exact_for_quadratic_fields<const D: usize>(side: usize
         }
         let pairs = &neighbourhood.fluid_pairs[neighbourhood.fluid.range(a)];
         let around = || {
-            neighbourhood.fluid.of(a).iter().zip(pairs).map(|(&b, pair)| (fluid[a] - fluid[b as usize], pair.gradient))
+            neighbourhood
+                .fluid
+                .of(a)
+                .iter()
+                .zip(pairs)
+                .map(|(&b, pair)| (fluid[a] - fluid[b as usize], pair.gradient))
         };
         let b_hat = second_derivative_correction(around(), &corrections[a].0).expect("enough neighbours");
         let jump = |r: &Vector<D>| field(&fluid[a]) - field(&(fluid[a] - r));

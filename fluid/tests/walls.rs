@@ -57,7 +57,8 @@ fn distances_and_normals_by_hand() {
     let inside = shape.surface_point(&v(1.0, 0.9));
     assert!((inside.distance + 0.1).abs() < 1e-15 && inside.normal == v(0.0, 1.0));
     // A hook: bed along x, then up. The solid is below and to the right.
-    let line = WallShape::Polyline { points: vec![v(0.0, 0.0), v(2.0, 0.0), v(2.0, 2.0)], solid: Side::Right };
+    let line =
+        WallShape::Polyline { points: vec![v(0.0, 0.0), v(2.0, 0.0), v(2.0, 2.0)], solid: Side::Right };
     let above = line.surface_point(&v(1.0, 0.5));
     assert_eq!((above.distance, above.normal), (0.5, v(0.0, 1.0)));
     assert_eq!(line.surface_point(&v(1.0, -0.25)).distance, -0.25);

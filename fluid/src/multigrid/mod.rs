@@ -1,0 +1,205 @@
+//! Algebraic multigrid: a preconditioner for the pressure Poisson equation.
+//!
+//! The matrix is a compact Laplacian, symmetric, with a positive diagonal and couplings that are mostly negative. Unknowns are
+//! grouped into aggregates about three particles wide, level by level, until a dense factorisation is cheap; a coarse matrix is
+//! the sum of its members' entries (plain aggregation, a Galerkin product with piecewise constant interpolation). The cycle has
+//! one damped Jacobi step before and one after the coarse correction, visits each coarse level twice (a W-cycle) and stretches
+//! the correction, because piecewise constant functions are too stiff (Braess 1995).
+//!
+//! | symbol | meaning |
+//! |---|---|
+//! | `A` | the matrix of a level |
+//! | `P` | interpolation from the next coarser level, one on each aggregate |
+//! | `S` | the smoother's steps, a diagonal matrix |
+//! | `ω` | stretch of the coarse correction, 1.8 |
+//!
+//! The preconditioner `B` is linear, symmetric and positive definite, so that plain conjugate gradients serve. The Jacobi step
+//! contracts in the norm of `A`. Two cycles on a coarse level make `C = 2B_c − B_c A_c B_c`, whose product with `A_c` has its
+//! eigenvalues `1 − (1 − λ)²` in (0, 1] as long as those `λ` of `B_c A_c` lie in (0, 2); stretched by `ω < 2`, the correction
+//! leaves those of `BA` in (0, 2) again, from the coarsest level up.
+//!
+//! Every sum is gathered in a fixed order, so results do not depend on the number of threads to the bit.
+
+mod aggregation;
+mod coarsest;
+mod matrix;
+
+use aggregation::Aggregates;
+use coarsest::Cholesky;
+use matrix::{RowChunk, SymmetricRows, for_rows};
+
+/// The factor `ω` on coarse corrections. Below two, see the [module](self).
+const STRETCH: f64 = 1.8;
+
+/// Most unknowns that are solved for directly; more would cost more than another level.
+const DIRECT: usize = 100;
+
+/// What the preconditioner is for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Options {
+    /// Adds this many damped Jacobi steps' worth of the residual to the correction: for an operator that agrees with the matrix
+    /// on long waves but is weaker on short ones. Not negative.
+    pub short_wave_gain: f64,
+}
+
+impl Options {
+    /// For systems whose operator is the matrix itself.
+    pub const SAME_OPERATOR: Self = Self { short_wave_gain: 0.0 };
+
+    /// For the wide operator `D M⁻¹ Dᵀ + 0.1 L` preconditioned through the compact Laplacian `L` **and its reaction**, the
+    /// diagonal `|Σ_j V w_ij ∇W_ij|²/ρ` (that of the pressure force of a constant pressure), which the caller adds to `L`.
+    pub const WIDE_OPERATOR: Self = Self { short_wave_gain: 2.0 };
+}
+
+/// One level: its matrix, its aggregates (none on the coarsest) and the vectors the cycle works with.
+#[derive(Clone, Debug, Default)]
+struct Level {
+    matrix: SymmetricRows,
+    aggregates: Aggregates,
+    right: Vec<f64>,
+    correction: Vec<f64>,
+    smoothed: Vec<f64>,
+}
+
+/// The hierarchy of matrices, see the [module](self).
+#[derive(Clone, Debug)]
+pub struct Multigrid {
+    options: Options,
+    /// More than `depth` where an earlier matrix needed more.
+    levels: Vec<Level>,
+    depth: usize,
+    coarsest: Cholesky,
+    chunks: Vec<RowChunk>,
+}
+
+impl Multigrid {
+    /// A preconditioner without a matrix yet: the first call is [`rebuild`](Self::rebuild).
+    pub fn new(options: Options) -> Self {
+        assert!(options.short_wave_gain >= 0.0, "a negative gain is not positive definite");
+        Self { options, levels: Vec::new(), depth: 0, coarsest: Cholesky::default(), chunks: Vec::new() }
+    }
+
+    /// Sets up the hierarchy of a symmetric matrix in compressed rows: `offsets` holds one entry more than rows, and `columns` and
+    /// `values` (any unit) the entries row after row, each column once, in any order, the diagonal among them. Rows without couplings (unit
+    /// rows of Dirichlet particles) are allowed and solved exactly.
+    pub fn rebuild(&mut self, offsets: &[u32], columns: &[u32], values: &[f64]) {
+        self.set_up(offsets, columns, values, false);
+    }
+
+    /// [`rebuild`](Self::rebuild) that keeps the aggregates where the number of rows is that of the last matrix. Any
+    /// matrix is right, but aggregates suit one whose couplings have not changed much; rebuild when iterations grow.
+    pub fn update(&mut self, offsets: &[u32], columns: &[u32], values: &[f64]) {
+        self.set_up(offsets, columns, values, true);
+    }
+
+    /// Rows and matrix entries of each level, finest first.
+    pub fn level_sizes(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.levels[..self.depth].iter().map(|level| (level.matrix.len(), level.matrix.entries()))
+    }
+
+    fn set_up(&mut self, offsets: &[u32], columns: &[u32], values: &[f64], keep_aggregates: bool) {
+        assert_eq!(columns.len(), values.len(), "one value for every column");
+        if self.levels.is_empty() {
+            self.levels.push(Level::default());
+        }
+        let rows = offsets.len().saturating_sub(1);
+        let keep_aggregates = keep_aggregates && self.depth > 0 && self.levels[0].matrix.len() == rows;
+        fill_finest(&mut self.levels[0].matrix, &mut self.chunks, offsets, columns, values);
+        self.depth = 1;
+        loop {
+            let (finer, coarser) = self.levels.split_at_mut(self.depth);
+            let level = finer.last_mut().expect("there is a finest level");
+            let rows = level.matrix.len();
+            level.right.resize(rows, 0.0);
+            level.correction.resize(rows, 0.0);
+            level.smoothed.resize(rows, 0.0);
+            if rows <= DIRECT {
+                self.coarsest.factorise(&level.matrix);
+                return;
+            }
+            if !keep_aggregates || level.aggregates.unknowns() != rows {
+                level.aggregates.choose(&level.matrix);
+            }
+            // None where nothing is coupled; as many as rows only where couplings are not finite.
+            if level.aggregates.len() == 0 || level.aggregates.len() == rows {
+                return;
+            }
+            if coarser.is_empty() {
+                self.levels.push(Level::default());
+            }
+            let (finer, coarser) = self.levels.split_at_mut(self.depth);
+            let level = &finer[self.depth - 1];
+            level.aggregates.coarsen(&level.matrix, &mut self.chunks, &mut coarser[0].matrix);
+            self.depth += 1;
+        }
+    }
+
+    /// `correction = B residual`, an approximation of `A⁻¹ residual`. Allocates nothing.
+    pub fn apply(&mut self, residual: &[f64], correction: &mut [f64]) {
+        assert!(self.depth > 0, "a hierarchy is built before it is applied");
+        let rows = self.levels[0].matrix.len();
+        assert!(
+            residual.len() == rows && correction.len() == rows,
+            "vectors are as long as the matrix has rows"
+        );
+        cycle(&mut self.levels[..self.depth], &self.coarsest, residual, correction, true);
+        if self.options.short_wave_gain > 0.0 {
+            let (gain, step) = (self.options.short_wave_gain, &self.levels[0].matrix.step);
+            for_rows(correction, |i, z| *z += gain * step[i] * residual[i]);
+        }
+    }
+}
+
+/// Takes over the caller's matrix.
+fn fill_finest(
+    matrix: &mut SymmetricRows,
+    chunks: &mut Vec<RowChunk>,
+    offsets: &[u32],
+    columns: &[u32],
+    values: &[f64],
+) {
+    matrix.make(offsets.len().saturating_sub(1), chunks, |i, row, _| {
+        let mut diagonal = 0.0;
+        for e in offsets[i] as usize..offsets[i + 1] as usize {
+            if columns[e] as usize == i {
+                diagonal += values[e];
+            } else {
+                row.push(columns[e], values[e]);
+            }
+        }
+        diagonal
+    });
+}
+
+/// One cycle for `A x = right` on the finest of `levels`, from zero or improving `x`.
+fn cycle(levels: &mut [Level], coarsest: &Cholesky, right: &[f64], x: &mut [f64], from_zero: bool) {
+    let (level, coarser) = levels.split_first_mut().expect("a cycle has a level to work on");
+    let Level { matrix, aggregates, smoothed, .. } = level;
+    if coarser.is_empty() && matrix.len() <= DIRECT {
+        x.copy_from_slice(right);
+        coarsest.solve(x);
+        return;
+    }
+    if from_zero {
+        for_rows(smoothed, |i, v| *v = matrix.step[i] * right[i]);
+    } else {
+        let x = &*x;
+        for_rows(smoothed, |i, v| *v = x[i] + matrix.step[i] * matrix.residual(i, right, x));
+    }
+    if let [next, ..] = coarser {
+        let (mut coarse_right, mut coarse) =
+            (std::mem::take(&mut next.right), std::mem::take(&mut next.correction));
+        let fine = &*smoothed;
+        for_rows(&mut coarse_right, |c, sum| {
+            *sum = aggregates.members(c).iter().map(|&i| matrix.residual(i as usize, right, fine)).sum();
+        });
+        cycle(coarser, coarsest, &coarse_right, &mut coarse, true);
+        if coarser.len() > 1 {
+            cycle(coarser, coarsest, &coarse_right, &mut coarse, false);
+        }
+        for_rows(smoothed, |i, v| *v += STRETCH * aggregates.interpolate(i, &coarse));
+        (coarser[0].right, coarser[0].correction) = (coarse_right, coarse);
+    }
+    let smoothed = &*smoothed;
+    for_rows(x, |i, v| *v = smoothed[i] + matrix.step[i] * matrix.residual(i, right, smoothed));
+}
