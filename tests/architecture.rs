@@ -69,12 +69,14 @@ fn only_interfaces_knows_iceoryx2() {
 fn only_participant_rs_knows_the_world_outside_a_solver() {
     for room in ["fluid", "structure"] {
         for file in rust_files(room) {
-            let inside_participant = file.components().any(|c| c.as_os_str().to_string_lossy().starts_with("participant"));
+            let inside_participant =
+                file.components().any(|c| c.as_os_str().to_string_lossy().starts_with("participant"));
             if inside_participant {
                 continue;
             }
             let text = fs::read_to_string(&file).expect("a readable source");
-            for word in ["interfaces::", "output::", "std::process", "std::net", "Instant::now", "SystemTime"] {
+            for word in ["interfaces::", "output::", "std::process", "std::net", "Instant::now", "SystemTime"]
+            {
                 let found = text.lines().find(|l| !l.trim_start().starts_with("//") && l.contains(word));
                 assert!(found.is_none(), "{} knows {word}: {}", file.display(), found.unwrap_or_default());
             }

@@ -7,6 +7,7 @@ use crate::schemes::{Accepted, Onward, SchemeError, alone};
 use crate::side::{Side, SideError};
 use crate::{launch, progress::Progress};
 use interfaces::case::Case;
+use interfaces::case::resolved::StructureVelocity;
 use interfaces::{Participant, ParticipantError, Role, SubSteps, pairing};
 use output::summary::{RoleUse, Status, Summary};
 use std::collections::BTreeMap;
@@ -123,8 +124,11 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
         (Some(fluid), Some(structure)) => {
             fit(&structure, &fluid)?;
             let coupling = case.coupling.as_ref().expect("a case of both sides has a coupling");
-            let scheme =
-                SerialExplicit { relaxation: coupling.relaxation, enforce: coupling.enforce_condition_46 };
+            let scheme = SerialExplicit {
+                relaxation: coupling.relaxation,
+                mean_velocity: coupling.structure_velocity == StructureVelocity::Mean,
+                enforce: coupling.enforce_condition_46,
+            };
             let mut pair = Pair::initialize(fluid, structure, schedule.time())?;
             let mut records =
                 Records::create(&options.out, &[&pair.fluid, &pair.structure], schedule.time())?;
@@ -219,7 +223,14 @@ fn prepare_folder(out: &Path, case: &Case) -> Result<(), RunError> {
     for name in ["fluid", "structure", "frames"] {
         remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
     }
-    let files = [SUMMARY, crate::records::WINDOWS, crate::records::PROBES, "report.html", "fluid.pvd", "structure.pvd"];
+    let files = [
+        SUMMARY,
+        crate::records::WINDOWS,
+        crate::records::PROBES,
+        "report.html",
+        "fluid.pvd",
+        "structure.pvd",
+    ];
     for name in files {
         remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;
     }

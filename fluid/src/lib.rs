@@ -30,7 +30,7 @@ pub use accounting::StepReport;
 pub use conjugate_gradients::Outcome;
 pub use error::Error;
 pub use interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
-pub use options::{Load, Options, Preconditioner, Scheme, ShiftingLaw, ViscousOperator};
+pub use options::{Load, Options, Preconditioner, Scheme, ShiftingLaw, StructureVelocity, ViscousOperator};
 pub use probes::{Probe, ProbeValue};
 pub use state::{State, SurfaceClass};
 pub use time_step::{Fluid, FluidProperties};

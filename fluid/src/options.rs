@@ -38,6 +38,25 @@ pub enum Load {
     PressureGradient,
 }
 
+/// Which velocity of the structure the fluid meets over a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StructureVelocity {
+    /// Its mean over the step, the displacement over Δt: a force held over the step changes it by half of `Δt F/m`.
+    Mean,
+    /// That at the step's end, which the force changes by `Δt F/m`.
+    End,
+}
+
+impl StructureVelocity {
+    /// Share of `Δt F/m` by which a force held over a step changes this velocity of a free particle.
+    pub fn compliance(self) -> f64 {
+        match self {
+            Self::Mean => 0.5,
+            Self::End => 1.0,
+        }
+    }
+}
+
 /// How the conjugate gradients are preconditioned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preconditioner {
@@ -106,6 +125,8 @@ pub struct Options {
     pub reference_velocity: Option<f64>,
     /// Whether the structure's own compliance enters the pressure operator; without it the structure is a moving wall.
     pub compliance: bool,
+    /// Which velocity of the structure the interface brings.
+    pub structure_velocity: StructureVelocity,
     /// Load on the structure.
     pub load: Load,
 }
@@ -141,6 +162,7 @@ impl Default for Options {
             growth: 1.2,
             reference_velocity: None,
             compliance: true,
+            structure_velocity: StructureVelocity::Mean,
             load: Load::Transpose,
         }
     }

@@ -11,8 +11,8 @@ use interfaces::case::Case;
 use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
-    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar, ScalarKind,
-    TimeWindow, WindowReport,
+    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar,
+    ScalarKind, TimeWindow, WindowReport,
 };
 use ledger::Ledger;
 use setup::Made;
@@ -61,8 +61,12 @@ fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, Part
     ])
 }
 
-fn build<const D: usize>(made: &Made<D>, interface: InterfaceParticles) -> Result<Fluid<D>, ParticipantError> {
-    Fluid::new(made.properties.clone(), made.options.clone(), made.walls.clone(), interface, &made.state).map_err(failed)
+fn build<const D: usize>(
+    made: &Made<D>,
+    interface: InterfaceParticles,
+) -> Result<Fluid<D>, ParticipantError> {
+    Fluid::new(made.properties.clone(), made.options.clone(), made.walls.clone(), interface, &made.state)
+        .map_err(failed)
 }
 
 fn failed(error: impl std::fmt::Display) -> ParticipantError {
@@ -135,7 +139,8 @@ impl<const D: usize> FluidParticipant<D> {
                     }
                 }
                 ProbeTarget::Wall(name) => {
-                    let force = self.fluid.wall_force(name).expect("a checked case names walls that are there");
+                    let force =
+                        self.fluid.wall_force(name).expect("a checked case names walls that are there");
                     scalars.extend(force.iter());
                 }
                 ProbeTarget::StructurePoint { .. } | ProbeTarget::Body(_) => {
@@ -170,7 +175,12 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         &self.description
     }
 
-    fn initialize(&mut self, start: f64, inputs: &Fields, _outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn initialize(
+        &mut self,
+        start: f64,
+        inputs: &Fields,
+        _outputs: &mut Fields,
+    ) -> Result<Readiness, ParticipantError> {
         let interface = InterfaceParticles {
             volumes: inputs.get(names::REFERENCE_VOLUME).unwrap_or_default().to_vec(),
             densities: inputs.get(names::DENSITY).unwrap_or_default().to_vec(),
@@ -247,16 +257,19 @@ fn describe<const D: usize>(probes: &[Probe]) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, None, direction);
     let mut scalars: Vec<Scalar> = Ledger::NAMES
         .iter()
-        .map(|(name, unit)| Scalar { name: (*name).to_owned(), unit: (*unit).to_owned(), kind: ScalarKind::Balance })
+        .map(|(name, unit)| Scalar {
+            name: (*name).to_owned(),
+            unit: (*unit).to_owned(),
+            kind: ScalarKind::Balance,
+        })
         .collect();
     for probe in probes {
         let unit = probe.quantity.unit();
-        scalars.extend(
-            probe
-                .columns(D)
-                .into_iter()
-                .map(|name| Scalar { name, unit: unit.to_owned(), kind: ScalarKind::Probe }),
-        );
+        scalars.extend(probe.columns(D).into_iter().map(|name| Scalar {
+            name,
+            unit: unit.to_owned(),
+            kind: ScalarKind::Probe,
+        }));
     }
     Description {
         role: Role::Fluid,

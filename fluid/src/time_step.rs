@@ -120,7 +120,8 @@ impl<const D: usize> Fluid<D> {
             .unwrap_or_else(|| accounting::reference_velocity(&properties, initial));
         let interface_spacings = interface.volumes.iter().map(|v| v.powf(1.0 / D as f64)).collect();
         let compliance = if options.compliance {
-            interface.densities.iter().map(|rho| 1.0 / rho).collect()
+            let share = options.structure_velocity.compliance();
+            interface.densities.iter().map(|rho| share / rho).collect()
         } else {
             Vec::new()
         };

@@ -4,6 +4,6 @@ use std::process::ExitCode;
 
 /// Prints the JSON schema of case files.
 pub fn schema() -> ExitCode {
-    println!("{}", interfaces::case::schema());
+    println!("{:#}", interfaces::case::schema());
     ExitCode::SUCCESS
 }

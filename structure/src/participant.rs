@@ -11,8 +11,8 @@ use interfaces::case::Case;
 use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
-    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar, ScalarKind,
-    SubSteps, TimeWindow, WindowReport,
+    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar,
+    ScalarKind, SubSteps, TimeWindow, WindowReport,
 };
 use snapshot::Snapshots;
 use sph::Vector;
@@ -54,7 +54,8 @@ fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, Part
         line("stable sub-step", format!("{stable:.3e} s")),
     ];
     if let Some(SubSteps::Fixed(count)) = case.coupling.as_ref().map(|c| c.sub_steps) {
-        lines.push(line("largest window", format!("{:.3e} s ({count} sub-steps)", stable * f64::from(count))));
+        lines
+            .push(line("largest window", format!("{:.3e} s ({count} sub-steps)", stable * f64::from(count))));
     }
     Ok(lines)
 }
@@ -163,10 +164,9 @@ impl<const D: usize> StructureParticipant<D> {
     fn fluid_force(&self, body: &std::ops::Range<usize>) -> Vector<D> {
         let volumes = self.structure.volumes();
         let loaded = self.structure.interface_particles().iter().zip(&self.load);
-        loaded.filter(|(particle, _)| body.contains(&(**particle as usize))).fold(
-            Vector::zeros(),
-            |sum, (particle, gradient)| sum - gradient * volumes[*particle as usize],
-        )
+        loaded
+            .filter(|(particle, _)| body.contains(&(**particle as usize)))
+            .fold(Vector::zeros(), |sum, (particle, gradient)| sum - gradient * volumes[*particle as usize])
     }
 }
 
@@ -175,7 +175,12 @@ impl<const D: usize> Participant for StructureParticipant<D> {
         &self.description
     }
 
-    fn initialize(&mut self, start: f64, _inputs: &Fields, outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn initialize(
+        &mut self,
+        start: f64,
+        _inputs: &Fields,
+        outputs: &mut Fields,
+    ) -> Result<Readiness, ParticipantError> {
         self.accepted.time = start;
         let particles = self.structure.interface_particles();
         if let Some(field) = outputs.get_mut(names::REFERENCE_VOLUME) {
@@ -206,7 +211,9 @@ impl<const D: usize> Participant for StructureParticipant<D> {
         };
         self.accepted.time = window.start;
         let load = Load::Held(&self.load);
-        self.structure.advance(&self.accepted, &mut self.trial, window.size, sub_steps, &load).map_err(failed)?;
+        self.structure
+            .advance(&self.accepted, &mut self.trial, window.size, sub_steps, &load)
+            .map_err(failed)?;
         self.report = Some(WindowReport {
             sub_steps: sub_steps as u32,
             window_limit: self.window_limit(true),
@@ -246,17 +253,17 @@ impl<const D: usize> Participant for StructureParticipant<D> {
 
 fn describe<const D: usize>(case: &Case, points: usize) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, Some(points), direction);
-    let balance = |name: &str| Scalar { name: name.to_owned(), unit: "J".to_owned(), kind: ScalarKind::Balance };
+    let balance =
+        |name: &str| Scalar { name: name.to_owned(), unit: "J".to_owned(), kind: ScalarKind::Balance };
     let energies = ["kinetic_energy", "strain_energy", "potential_energy", "load_work", "dissipated_energy"];
     let mut scalars: Vec<Scalar> = energies.into_iter().map(balance).collect();
     for probe in case.probes.iter().filter(|p| p.is_on_structure()) {
         let unit = probe.quantity.unit();
-        scalars.extend(
-            probe
-                .columns(D)
-                .into_iter()
-                .map(|name| Scalar { name, unit: unit.to_owned(), kind: ScalarKind::Probe }),
-        );
+        scalars.extend(probe.columns(D).into_iter().map(|name| Scalar {
+            name,
+            unit: unit.to_owned(),
+            kind: ScalarKind::Probe,
+        }));
     }
     Description {
         role: Role::Structure,
@@ -273,7 +280,10 @@ fn describe<const D: usize>(case: &Case, points: usize) -> Description {
     }
 }
 
-fn readers<const D: usize>(case: &Case, structure: &Structure<D>) -> Result<Vec<Reader<D>>, ParticipantError> {
+fn readers<const D: usize>(
+    case: &Case,
+    structure: &Structure<D>,
+) -> Result<Vec<Reader<D>>, ParticipantError> {
     let bodies = &case.structure.as_ref().expect("a structure is made of a case that has one").bodies;
     case.probes.iter().filter(|p| p.is_on_structure()).map(|probe| reader(probe, bodies, structure)).collect()
 }
@@ -284,7 +294,8 @@ fn reader<const D: usize>(
     structure: &Structure<D>,
 ) -> Result<Reader<D>, ParticipantError> {
     let body_of = |name: &str| {
-        let index = bodies.iter().position(|b| b.name == name).expect("a checked case names bodies that are there");
+        let index =
+            bodies.iter().position(|b| b.name == name).expect("a checked case names bodies that are there");
         let first: usize = structure.setup().bodies[..index].iter().map(|b| b.positions.len()).sum();
         (index, first)
     };
@@ -300,7 +311,12 @@ fn reader<const D: usize>(
                 ProbeQuantity::Displacement => Reader::Displacement(point),
                 ProbeQuantity::Position => Reader::Position(point),
                 ProbeQuantity::Velocity => Reader::Velocity(point),
-                other => return Err(failed(format!("probe `{}`: a point of the structure has no {other:?}", probe.name))),
+                other => {
+                    return Err(failed(format!(
+                        "probe `{}`: a point of the structure has no {other:?}",
+                        probe.name
+                    )));
+                }
             })
         }
         ProbeTarget::Body(name) => {

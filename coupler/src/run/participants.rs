@@ -8,7 +8,8 @@ use interfaces::case::Case;
 use interfaces::case::resolved::Start;
 use interfaces::transport::Alive;
 use interfaces::{
-    Address, Deadlines, Expectations, Participant, ParticipantError, RemoteParticipant, Role, new_run, remove_stale,
+    Address, Deadlines, Expectations, Participant, ParticipantError, RemoteParticipant, Role, new_run,
+    remove_stale,
 };
 use output::summary::{RoleUse, Summary};
 use std::cell::RefCell;
@@ -64,7 +65,8 @@ impl Participants {
             remove_stale(&address).map_err(failed)?;
             let expectations = Expectations { case_hash: case.hash(), dimension: case.general.dimension };
             let waits = deadlines(case, start);
-            let open = RemoteParticipant::listen(&address, expectations, waits, &options.stop).map_err(failed)?;
+            let open =
+                RemoteParticipant::listen(&address, expectations, waits, &options.stop).map_err(failed)?;
             listening.push((role, start, address, open));
         }
         for (role, start, address, _) in &listening {
@@ -154,7 +156,8 @@ impl Participants {
 
 /// How long to wait for a participant of this case.
 pub fn deadlines(case: &Case, start: &Start) -> Deadlines {
-    let answer = case.coupling.as_ref().map_or(Deadlines::default().answer, |c| Duration::from_secs_f64(c.deadline));
+    let answer =
+        case.coupling.as_ref().map_or(Deadlines::default().answer, |c| Duration::from_secs_f64(c.deadline));
     let hello = if *start == Start::ByHand { BY_HAND } else { Deadlines::default().hello };
     Deadlines { hello, answer }
 }

@@ -25,6 +25,8 @@ use interfaces::{Direction, Exchange, Fields, Role, TimeWindow};
 pub struct SerialExplicit {
     /// Relaxation `r` of the load, in (0, 1].
     pub relaxation: f64,
+    /// Whether the fluid meets the structure's mean velocity over the window, or that at its end.
+    pub mean_velocity: bool,
     /// Whether condition (46) is enforced, or only measured.
     pub enforce: bool,
 }
@@ -80,7 +82,7 @@ impl SerialExplicit {
             let solution = TimeWindow { iteration: 1, ..window };
 
             pair.predict_structure(&prediction)?;
-            pair.solve_fluid(&prediction)?;
+            pair.solve_fluid(&prediction, self.mean_velocity)?;
             let (condition46, applied) = self.pass_load(pair);
             pair.structure.solve(&solution)?;
 
@@ -135,10 +137,17 @@ impl Pair {
     }
 
     /// Step 2: the fluid against the predicted structure.
-    fn solve_fluid(&mut self, window: &TimeWindow) -> Result<(), SchemeError> {
+    fn solve_fluid(&mut self, window: &TimeWindow, mean_velocity: bool) -> Result<(), SchemeError> {
         self.fluid.receive(&self.structure.outputs);
-        if let Some(position) = self.accepted_motion.get(names::POSITION) {
-            set(&mut self.fluid.inputs, names::POSITION, position);
+        let positions =
+            [&self.accepted_motion, &self.structure.outputs].map(|motion| motion.get(names::POSITION));
+        if let [Some(start), Some(end)] = positions {
+            set(&mut self.fluid.inputs, names::POSITION, start);
+            if let Some(velocity) = self.fluid.inputs.get_mut(names::VELOCITY).filter(|_| mean_velocity) {
+                for ((mean, start), end) in velocity.iter_mut().zip(start).zip(end) {
+                    *mean = (end - start) / window.size;
+                }
+            }
         }
         set(&mut self.fluid.inputs, names::HELD_PRESSURE_GRADIENT, &self.load);
         Ok(self.fluid.solve(window)?)

@@ -1,10 +1,13 @@
 //! From the case to particles, walls and options.
 
 use super::failed;
-use crate::{FluidProperties, Load, Options, Scheme, Side, State, ViscousOperator, WallPart, WallShape, Walls};
+use crate::{
+    FluidProperties, Load, Options, Scheme, Side, State, StructureVelocity, ViscousOperator, WallPart,
+    WallShape, Walls,
+};
 use interfaces::ParticipantError;
 use interfaces::case::numerics::{FluidScheme, ViscosityOperator};
-use interfaces::case::resolved::{self, LoadForm, Region, Slip};
+use interfaces::case::resolved::{self, LoadForm, Region, Slip, StructureVelocity as Velocity};
 use interfaces::case::{AxisBox, Case, geometry};
 use sph::Vector;
 use sph::lattice::Lattice;
@@ -28,7 +31,8 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
         let (low, high) = corners::<D>(&region.bounds);
         let lattice = Lattice::fill_box(low, high, spacing);
         volume += lattice.cell_volume() * lattice.positions.len() as f64;
-        velocities.resize(velocities.len() + lattice.positions.len(), Vector::from_column_slice(&region.velocity));
+        velocities
+            .resize(velocities.len() + lattice.positions.len(), Vector::from_column_slice(&region.velocity));
         positions.extend(jittered(lattice.positions, region, spacing));
     }
     let properties = FluidProperties {
@@ -74,7 +78,8 @@ fn options(case: &Case, fluid: &resolved::Fluid) -> Options {
         FluidScheme::EnergyConsistent => Options::default(),
         FluidScheme::Paper => Options::paper(),
     };
-    let (compliance, load) = case.coupling.as_ref().map_or((true, LoadForm::Transpose), |c| (c.compliance, c.load));
+    let coupling = case.coupling.as_ref();
+    let (compliance, load) = coupling.map_or((true, LoadForm::Transpose), |c| (c.compliance, c.load));
     Options {
         scheme: match numerics.scheme {
             FluidScheme::EnergyConsistent => Scheme::EnergyConsistent,
@@ -89,6 +94,10 @@ fn options(case: &Case, fluid: &resolved::Fluid) -> Options {
         no_slip_walls: fluid.walls.iter().any(|w| w.slip == Slip::NoSlip),
         reference_velocity: Some(fluid.characteristic_speed),
         compliance,
+        structure_velocity: match coupling.map(|c| c.structure_velocity) {
+            Some(Velocity::End) => StructureVelocity::End,
+            Some(Velocity::Mean) | None => StructureVelocity::Mean,
+        },
         load: match load {
             LoadForm::Transpose => Load::Transpose,
             LoadForm::PressureGradient => Load::PressureGradient,

@@ -5,7 +5,7 @@ use super::geometry::{AxisBox, Face};
 use super::resolved::{
     Assumption, Body, Case, Clamp, ClampRegion, Coupling, CouplingScheme, Fluid, General, InitialVelocity,
     Load, LoadForm, LoadTarget, Material, Probe, ProbeQuantity, ProbeTarget, Reference, Region, Slip, Start,
-    Structure, Wall, WallShape,
+    Structure, StructureVelocity, Wall, WallShape,
 };
 use super::typed;
 use crate::SubSteps;
@@ -183,6 +183,7 @@ fn resolve_coupling(coupling: &typed::Coupling, general: &General) -> Coupling {
         },
         load: coupling.load.unwrap_or(LoadForm::Transpose),
         relaxation: coupling.relaxation.unwrap_or(RELAXATION),
+        structure_velocity: coupling.structure_velocity.unwrap_or(StructureVelocity::Mean),
         compliance: coupling.compliance.unwrap_or(true),
         enforce_condition_46: coupling.enforce_condition_46.unwrap_or(true),
         deadline: coupling.deadline.unwrap_or(DEADLINE),

@@ -335,6 +335,8 @@ pub struct Coupling {
     pub load: LoadForm,
     /// Share r of the new load in `r·new + (1 − r)·old`; over 0, at most 1.
     pub relaxation: f64,
+    /// Which velocity of the structure over a window the fluid meets.
+    pub structure_velocity: StructureVelocity,
     /// Whether the pressure equation carries the structure's compliance (its 1/ρ).
     pub compliance: bool,
     /// Whether condition (46), continuity of the normal stress, is enforced; it is measured and recorded in any case.
@@ -349,6 +351,16 @@ pub struct Coupling {
 pub enum CouplingScheme {
     /// One participant after the other, each once a window.
     SerialExplicit,
+}
+
+/// Velocity of the structure over a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StructureVelocity {
+    /// The displacement over the window's size. It answers a load of the window always in the load's direction, however stiff the structure.
+    Mean,
+    /// That at the window's end.
+    End,
 }
 
 /// Form of the load on the structure.

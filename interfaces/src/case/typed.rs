@@ -5,6 +5,7 @@ use super::geometry::{AxisBox, Face, Side};
 use super::numerics::{FluidNumerics, StructureNumerics};
 use super::resolved::{
     self, Assumption, InitialVelocity, LoadForm, MaterialLaw, ProbeQuantity, ProbeTarget, Slip,
+    StructureVelocity,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -259,6 +260,8 @@ pub struct Coupling {
     /// Share of the new load against the old one, over 0 and at most 1; 0.5 if left out.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub relaxation: Option<f64>,
+    /// Velocity of the structure over a window that the fluid meets; mean if left out.
+    pub structure_velocity: Option<StructureVelocity>,
     /// Whether the pressure equation carries the structure's compliance; yes if left out.
     pub compliance: Option<bool>,
     /// Whether condition (46), continuity of the normal stress, is enforced; yes if left out.

@@ -27,7 +27,8 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
     let (mut bodies, mut velocities) = (Vec::new(), Vec::new());
     for part in &structure.bodies {
         let (low, high) = corners::<D>(&part.bounds);
-        let mut body = Body::block(low, high, structure.particle_spacing, material, structure.material.density);
+        let mut body =
+            Body::block(low, high, structure.particle_spacing, material, structure.material.density);
         for clamp in structure.clamps.iter().filter(|c| c.body == part.name) {
             match &clamp.region {
                 ClampRegion::Face { face, rows } => {
@@ -37,7 +38,8 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
                     let tolerance = TOUCHING * body.spacing();
                     for (position, clamped) in body.positions.iter().zip(&mut body.clamped) {
                         let inside = |i: usize| {
-                            bounds.low[i] - tolerance <= position[i] && position[i] <= bounds.high[i] + tolerance
+                            bounds.low[i] - tolerance <= position[i]
+                                && position[i] <= bounds.high[i] + tolerance
                         };
                         *clamped |= (0..D).all(inside);
                     }
@@ -45,7 +47,11 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
             }
         }
         for (position, clamped) in body.positions.iter().zip(&body.clamped) {
-            velocities.push(if *clamped { Vector::zeros() } else { velocity(&part.velocity, &part.bounds, position) });
+            velocities.push(if *clamped {
+                Vector::zeros()
+            } else {
+                velocity(&part.velocity, &part.bounds, position)
+            });
         }
         bodies.push(body);
     }
@@ -95,7 +101,8 @@ fn velocity<const D: usize>(from: &InitialVelocity, bounds: &AxisBox, position: 
     match from {
         InitialVelocity::Uniform(velocity) => Vector::from_column_slice(velocity),
         InitialVelocity::Mode(mode) => {
-            let from_clamp = (position[mode.clamped_face.axis()] - mode.clamped_face.coordinate(bounds)).abs();
+            let from_clamp =
+                (position[mode.clamped_face.axis()] - mode.clamped_face.coordinate(bounds)).abs();
             let length = bounds.extent()[mode.clamped_face.axis()];
             cantilever(mode, from_clamp, length)
         }
@@ -133,7 +140,8 @@ fn dead_load<const D: usize>(
     let mut shares = vec![0.0; body.positions.len()];
     match &load.target {
         LoadTarget::Body {} => {
-            let free: f64 = body.volumes.iter().zip(&body.clamped).filter(|(_, c)| !**c).map(|(v, _)| v).sum();
+            let free: f64 =
+                body.volumes.iter().zip(&body.clamped).filter(|(_, c)| !**c).map(|(v, _)| v).sum();
             for ((share, volume), clamped) in shares.iter_mut().zip(&body.volumes).zip(&body.clamped) {
                 *share = if *clamped { 0.0 } else { volume / free };
             }
@@ -148,7 +156,8 @@ fn dead_load<const D: usize>(
             }
         }
     }
-    let particles = shares.iter().enumerate().filter(|(_, s)| **s != 0.0).map(|(i, s)| (first + i, *s)).collect();
+    let particles =
+        shares.iter().enumerate().filter(|(_, s)| **s != 0.0).map(|(i, s)| (first + i, *s)).collect();
     let history = History::through(load.ramp.iter().map(|[time, factor]| (*time, *factor)).collect());
     DeadLoad { particles, force: Vector::from_column_slice(&load.force), history }
 }

@@ -31,7 +31,8 @@ impl<const D: usize> Snapshots<D> {
         let stress = |i: usize, j: usize| -> Vec<f64> {
             self.derived.cauchy_stress.iter().map(|sigma| sigma[(i, j)]).collect()
         };
-        let stresses = [("stress_xx", stress(0, 0)), ("stress_yy", stress(1, 1)), ("stress_xy", stress(0, 1))];
+        let stresses =
+            [("stress_xx", stress(0, 0)), ("stress_yy", stress(1, 1)), ("stress_xy", stress(0, 1))];
         let (positions, velocities) = (flat(&state.positions), flat(&state.velocities));
         let displacements = flat(&displacements);
         let mut arrays = vec![
