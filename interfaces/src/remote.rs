@@ -147,12 +147,20 @@ impl<S: Service> RemoteParticipant<S> {
         self.connection.send(header(self.sequence), payload, wake, during)
     }
 
-    /// Waits for the answer to the last request.
+    /// Waits for the answer to the last request; for `Solved`, of the window that was started.
     fn answer(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<S>, ParticipantError> {
+        let mut expected = MessageHeader::new(kind, self.sequence);
+        if let (Kind::Solved, Some(window)) = (kind, self.window) {
+            (expected.window, expected.iteration) = (window.index, window.iteration);
+        }
         loop {
             let message = self.connection.receive(self.deadlines.answer, &during)?;
-            let header = *message.header();
+            let found = *message.header();
+            let fits = message.kind() == kind
+                && (found.sequence, found.window, found.iteration)
+                    == (expected.sequence, expected.window, expected.iteration);
             match message.kind() {
+                _ if fits => return Ok(message),
                 Kind::Failed => {
                     let words = message.words();
                     drop(message);
@@ -160,12 +168,8 @@ impl<S: Service> RemoteParticipant<S> {
                     return Err(ParticipantError::Failed(words));
                 }
                 // Told to end while it solved, a participant still gives its solution first.
-                Kind::Solved if kind == Kind::Terminated && header.sequence < self.sequence => {}
-                found if found == kind && header.sequence == self.sequence => return Ok(message),
-                _ => {
-                    let expected = MessageHeader { window: 0, ..MessageHeader::new(kind, self.sequence) };
-                    return Err(unexpected(&message, &expected.name(), during()));
-                }
+                Kind::Solved if kind == Kind::Terminated && found.sequence < self.sequence => {}
+                _ => return Err(unexpected(&message, &expected.name(), during())),
             }
         }
     }
@@ -222,14 +226,6 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         let during = || solving(&window);
         let message = self.answer(Kind::Solved, during)?;
         let header = message.header();
-        if (header.window, header.iteration) != (window.index, window.iteration) {
-            let expected = MessageHeader {
-                window: window.index,
-                iteration: window.iteration,
-                ..MessageHeader::new(Kind::Solved, self.sequence)
-            };
-            return Err(unexpected(&message, &expected.name(), during()));
-        }
         let report = header.window_report(&scalars(&message, &self.description, during)?);
         read(&mut self.connection, &message, Selection::EveryWindow, outputs, during)?;
         Ok(report)

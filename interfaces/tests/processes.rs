@@ -33,7 +33,8 @@ fn child() {
     let ended = if role == "coupler" {
         coupler(&address, points)
     } else {
-        let mut echo = Echo::new(points, misdeed).with_dimension(dimension.parse().unwrap());
+        let mut echo = Echo::new(points, misdeed);
+        echo.description.dimension = dimension.parse().unwrap();
         serve(&mut echo, &address, hash, long(), &Arc::default()).map_err(|e| e.to_string())
     };
     if let Err(error) = &ended {
