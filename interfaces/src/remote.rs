@@ -129,7 +129,7 @@ impl<S: Service> RemoteParticipant<S> {
         self.connection.traffic()
     }
 
-    /// Sends a request and returns its number.
+    /// Sends a request.
     fn request(
         &mut self,
         header: impl Fn(u64) -> MessageHeader,
@@ -144,11 +144,16 @@ impl<S: Service> RemoteParticipant<S> {
             });
         }
         self.sequence += 1;
-        self.connection.send(header(self.sequence), payload, wake, during)
+        let sent = self.connection.send(header(self.sequence), payload, wake, during);
+        sent.map_err(|error| self.broken(error))
     }
 
     /// Waits for the answer to the last request; for `Solved`, of the window that was started.
     fn answer(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<S>, ParticipantError> {
+        self.matching(kind, during).map_err(|error| self.broken(error))
+    }
+
+    fn matching(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<S>, ParticipantError> {
         let mut expected = MessageHeader::new(kind, self.sequence);
         if let (Kind::Solved, Some(window)) = (kind, self.window) {
             (expected.window, expected.iteration) = (window.index, window.iteration);
@@ -161,17 +166,21 @@ impl<S: Service> RemoteParticipant<S> {
                     == (expected.sequence, expected.window, expected.iteration);
             match message.kind() {
                 _ if fits => return Ok(message),
-                Kind::Failed => {
-                    let words = message.words();
-                    drop(message);
-                    self.goodbye();
-                    return Err(ParticipantError::Failed(words));
-                }
+                Kind::Failed => return Err(ParticipantError::Failed(message.words())),
                 // Told to end while it solved, a participant still gives its solution first.
                 Kind::Solved if kind == Kind::Terminated && found.sequence < self.sequence => {}
                 _ => return Err(unexpected(&message, &expected.name(), during())),
             }
         }
+    }
+
+    /// Ends the connection after an error, so that nobody waits for another deadline. A run that is interrupted may still end its
+    /// participants in order.
+    fn broken(&mut self, error: ParticipantError) -> ParticipantError {
+        if !matches!(error, ParticipantError::Interrupted { .. }) {
+            self.goodbye();
+        }
+        error
     }
 
     /// Ends the connection for the participant, whatever it does.
@@ -257,7 +266,7 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         self.answer(Kind::Restored, during).map(drop)
     }
 
-    /// Ends the process in order. One whose connection has ended, since it failed, has nothing left to do.
+    /// Ends the process in order. Where a call failed before, the connection has ended, and nothing is left to do.
     fn terminate(&mut self) -> Result<(), ParticipantError> {
         if self.ended {
             return Ok(());

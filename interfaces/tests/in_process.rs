@@ -5,13 +5,14 @@ mod support;
 
 use interfaces::protocol::{Hello, Kind, MessageHeader, Payload, Selection, VERSION};
 use interfaces::remote::Listening;
-use interfaces::transport::{Connection, Message, local};
+use interfaces::transport::{Connection, Message, ipc, local};
 use interfaces::{
-    Address, Direction, Guarded, Participant, ParticipantError, RemoteParticipant, Role, ServeError, new_run,
-    serve_over,
+    Address, Deadlines, Direction, Guarded, Participant, ParticipantError, RemoteParticipant, Role,
+    ServeError, new_run, serve_over,
 };
 use std::sync::Arc;
 use std::thread::{JoinHandle, spawn};
+use std::time::Duration;
 use support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 
 type Remote = RemoteParticipant<local::Service>;
@@ -99,6 +100,41 @@ fn calls_out_of_order_are_refused_by_the_table_on_the_other_side_too() {
     assert!(structure.terminate().is_ok(), "a participant that failed has nothing left to end");
     drop(structure);
     served.join().unwrap().unwrap_err();
+}
+
+#[test]
+fn a_coupler_that_is_silent_too_long_is_given_up() {
+    let domain = Domain::new();
+    let address = address(&domain);
+    let listening = listen(&address);
+    let served = spawn({
+        let address = address.clone();
+        let deadlines = Deadlines { hello: Duration::from_secs(2), answer: Duration::from_millis(50) };
+        move || {
+            let mut echo = Echo::new(5, "none");
+            serve_over::<local::Service>(&mut echo, &address, HASH, deadlines, &Arc::default())
+        }
+    });
+    let structure = accept_hello(listening).unwrap();
+    let during = "while waiting for a request after 0 accepted windows".to_owned();
+    let error = ParticipantError::TimedOut { during, seconds: 2.1 };
+    assert_eq!(served.join().unwrap(), Err(ServeError::Coupler(error)));
+    drop(structure);
+}
+
+#[test]
+fn wake_ups_that_nobody_waited_for_do_no_harm() {
+    let domain = Domain::new();
+    let address = address(&domain);
+    let during = || "while sending to itself".to_owned();
+    let mut coupler = Connection::<ipc::Service>::create(&address, Arc::default()).unwrap();
+    let mut participant = Connection::<ipc::Service>::open(&address, long().hello, Arc::default()).unwrap();
+    // Whoever answers before it is waited for leaves its wake-up behind; more of them than a socket holds.
+    for sequence in 0..20_000 {
+        coupler.send(MessageHeader::new(Kind::Save, sequence), &Payload::default(), true, during).unwrap();
+        let message = participant.receive(long().answer, during).unwrap();
+        assert_eq!(message.header().sequence, sequence);
+    }
 }
 
 /// What a participant that speaks by hand answers to the first `Start`.

@@ -196,11 +196,12 @@ impl<S: Service> Connection<S> {
             if let Some(message) = self.take(during)? {
                 return Ok(message);
             }
-            if let Some(how) = self.peer.end() {
-                return Err(ParticipantError::Died { during: format!("{} ({how})", during()) });
-            }
+            // Before the other side's end: what interrupts a run often ends its participants too.
             if self.stop.load(Ordering::Relaxed) {
                 return Err(ParticipantError::Interrupted { during: during() });
+            }
+            if let Some(how) = self.peer.end() {
+                return Err(ParticipantError::Died { during: format!("{} ({how})", during()) });
             }
             let Some(left) = deadline.checked_sub(started.elapsed()).filter(|left| !left.is_zero()) else {
                 return Err(ParticipantError::TimedOut { during: during(), seconds: deadline.as_secs_f64() });
