@@ -3,6 +3,8 @@
 use crate::protocol::{Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, Selection, VERSION, Welcome};
 use crate::transport::{Address, Alive, Connection, Deadlines, Message, Service, Traffic, ipc};
 use crate::{Description, Fields, Participant, ParticipantError, Readiness, TimeWindow, WindowReport};
+use std::cell::Cell;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -124,9 +126,9 @@ impl<S: Service> Listening<S> {
 }
 
 impl<S: Service> RemoteParticipant<S> {
-    /// What went through the connection so far, seen from here.
-    pub fn traffic(&self) -> Traffic {
-        self.connection.traffic()
+    /// What went through the connection, seen from here and kept up to date; stays readable after the participant has moved into a box.
+    pub fn meter(&self) -> Rc<Cell<Traffic>> {
+        self.connection.meter()
     }
 
     /// Sends a request.
@@ -215,7 +217,7 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         let message = self.answer(Kind::Ready, during)?;
         let scalars = scalars(&message, &self.description, during)?;
         let readiness = Readiness { window_limit: message.header().size, scalars };
-        read(&mut self.connection, &message, Selection::All, outputs, during)?;
+        read(&self.connection, &message, Selection::All, outputs, during)?;
         Ok(readiness)
     }
 
@@ -236,7 +238,7 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         let message = self.answer(Kind::Solved, during)?;
         let header = message.header();
         let report = header.window_report(&scalars(&message, &self.description, during)?);
-        read(&mut self.connection, &message, Selection::EveryWindow, outputs, during)?;
+        read(&self.connection, &message, Selection::EveryWindow, outputs, during)?;
         Ok(report)
     }
 
@@ -310,7 +312,7 @@ fn scalars<S: Service>(
 }
 
 fn read<S: Service>(
-    connection: &mut Connection<S>,
+    connection: &Connection<S>,
     message: &Message<S>,
     selection: Selection,
     outputs: &mut Fields,

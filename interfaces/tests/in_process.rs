@@ -57,9 +57,9 @@ fn traffic_is_counted_on_the_way() {
     let listening = listen(&address);
     let served = serving(&address, Echo::new(50, "none"));
     let mut structure = accept_hello(listening).unwrap();
-    let before = structure.traffic();
+    let before = structure.meter().get();
     exchange(&mut structure, 50, 4).unwrap();
-    let after = structure.traffic();
+    let after = structure.meter().get();
     // `Initialize` names the points of 4 ports and carries 50 × 2 doubles, `Start` carries those alone; `Accept` carries nothing.
     assert_eq!(after.bytes_sent - before.bytes_sent, 8 * (4 + 100 + 4 * 100));
     assert_eq!(after.messages_sent - before.messages_sent, 1 + 4 + 4);
