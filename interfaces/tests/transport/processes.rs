@@ -3,8 +3,7 @@
 //! A process of a test is this executable again, told by an environment variable what to be. Each test has a domain of shared memory
 //! of its own, which must be empty afterwards. Deadlines are a minute where a test expects that something else ends the wait.
 
-mod support;
-
+use crate::support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 use interfaces::transport::Alive;
 use interfaces::{
     Address, Deadlines, Direction, Guarded, Participant, ParticipantError, RemoteParticipant, Role, new_run,
@@ -16,7 +15,6 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
-use support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 
 const TASK: &str = "MENISCUS_TRANSPORT_TEST_TASK";
 /// What the coupler's process says when it is well under way.
@@ -64,7 +62,7 @@ fn coupler(address: &Address, points: usize) -> Result<(), String> {
 
 fn spawn(task: &str) -> Child {
     Command::new(std::env::current_exe().unwrap())
-        .args(["child", "--exact", "--nocapture"])
+        .args(["processes::child", "--exact", "--nocapture"])
         .env(TASK, task)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

@@ -1,8 +1,7 @@
 //! The protocol within one process, over iceoryx2's process-local service: a participant served by a thread, and one that speaks the
 //! protocol by hand and wrongly.
 
-mod support;
-
+use crate::support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 use interfaces::protocol::{Hello, Kind, MessageHeader, Payload, Selection, VERSION};
 use interfaces::remote::Listening;
 use interfaces::transport::{Connection, Message, ipc, local};
@@ -13,7 +12,6 @@ use interfaces::{
 use std::sync::Arc;
 use std::thread::{JoinHandle, spawn};
 use std::time::Duration;
-use support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 
 type Remote = RemoteParticipant<local::Service>;
 

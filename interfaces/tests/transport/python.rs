@@ -1,16 +1,15 @@
 //! The protocol's page against an implementation that shares no code with ours: `docs/examples/spring_structure.py`.
 //!
 //! Runs where `MENISCUS_PYTHON` names an interpreter with the package `iceoryx2` 0.10.0:
-//! `MENISCUS_PYTHON=python3 cargo test -p interfaces --test python`. Elsewhere it passes without a check, and says so.
+//! `MENISCUS_PYTHON=python3 cargo test -p interfaces python`. Elsewhere it passes without a check, and says so.
 
-mod support;
-
+use crate::support::{Domain, HASH, expectations, long};
 use interfaces::{
     Address, Direction, Guarded, Participant, RemoteParticipant, Role, SubSteps, TimeWindow, new_run,
+    remove_stale,
 };
 use std::process::Command;
 use std::sync::Arc;
-use support::{Domain, HASH, expectations, long};
 
 #[test]
 fn springs_in_python_swing_as_they_should() {
