@@ -99,6 +99,9 @@ impl Fields {
     /// Refuses values that are not finite, naming the first.
     pub fn check_finite(&self) -> Result<(), FieldError> {
         for (port, array) in self.iter() {
+            if all_finite(array) {
+                continue;
+            }
             if let Some(at) = array.iter().position(|v| !v.is_finite()) {
                 return Err(FieldError::NotFinite {
                     port: port.name.clone(),
@@ -130,6 +133,14 @@ pub fn wrong_length(port: &Port, found: usize) -> FieldError {
         points: port.points.unwrap_or(0),
         components: port.components,
     }
+}
+
+/// Whether no value is infinite or not a number. Those have an exponent with all bits set, and adding one to it carries into the sign's
+/// place. Without a branch for each value it runs at the speed of memory, which matters: every field is checked wherever it crosses.
+fn all_finite(array: &[f64]) -> bool {
+    const EXPONENT: u64 = f64::INFINITY.to_bits();
+    const ONE: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
+    array.iter().fold(0, |found, value| found | ((value.to_bits() & EXPONENT) + ONE)) >> 63 == 0
 }
 
 fn length(port: &Port) -> usize {
@@ -164,6 +175,22 @@ mod tests {
         out.get_mut("position").unwrap()[3] = f64::NAN;
         let message = out.check_finite().unwrap_err().to_string();
         assert_eq!(message, "field `position` is not finite: component 1 at point 1 is NaN");
+    }
+
+    #[test]
+    fn only_infinite_values_and_those_that_are_no_numbers_are_refused() {
+        for finite in [0.0, -0.0, f64::MIN, f64::MAX, f64::MIN_POSITIVE, -5e-324] {
+            assert!(all_finite(&[1.0, finite, -2.0]), "{finite}");
+        }
+        for other in [
+            f64::NAN,
+            -f64::NAN,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::from_bits(f64::INFINITY.to_bits() + 1),
+        ] {
+            assert!(!all_finite(&[1.0, other, -2.0]), "{other}");
+        }
     }
 
     #[test]

@@ -3,6 +3,8 @@
 use crate::protocol::{Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, Selection, VERSION, Welcome};
 use crate::transport::{Address, Alive, Connection, Deadlines, Message, Service, Traffic, ipc};
 use crate::{Description, Fields, Participant, ParticipantError, Readiness, TimeWindow, WindowReport};
+use std::cell::Cell;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -124,12 +126,12 @@ impl<S: Service> Listening<S> {
 }
 
 impl<S: Service> RemoteParticipant<S> {
-    /// What went through the connection so far, seen from here.
-    pub fn traffic(&self) -> Traffic {
-        self.connection.traffic()
+    /// What went through the connection, seen from here and kept up to date; stays readable after the participant has moved into a box.
+    pub fn meter(&self) -> Rc<Cell<Traffic>> {
+        self.connection.meter()
     }
 
-    /// Sends a request and returns its number.
+    /// Sends a request.
     fn request(
         &mut self,
         header: impl Fn(u64) -> MessageHeader,
@@ -144,30 +146,43 @@ impl<S: Service> RemoteParticipant<S> {
             });
         }
         self.sequence += 1;
-        self.connection.send(header(self.sequence), payload, wake, during)
+        let sent = self.connection.send(header(self.sequence), payload, wake, during);
+        sent.map_err(|error| self.broken(error))
     }
 
-    /// Waits for the answer to the last request.
+    /// Waits for the answer to the last request; for `Solved`, of the window that was started.
     fn answer(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<S>, ParticipantError> {
+        self.matching(kind, during).map_err(|error| self.broken(error))
+    }
+
+    fn matching(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<S>, ParticipantError> {
+        let mut expected = MessageHeader::new(kind, self.sequence);
+        if let (Kind::Solved, Some(window)) = (kind, self.window) {
+            (expected.window, expected.iteration) = (window.index, window.iteration);
+        }
         loop {
             let message = self.connection.receive(self.deadlines.answer, &during)?;
-            let header = *message.header();
+            let found = *message.header();
+            let fits = message.kind() == kind
+                && (found.sequence, found.window, found.iteration)
+                    == (expected.sequence, expected.window, expected.iteration);
             match message.kind() {
-                Kind::Failed => {
-                    let words = message.words();
-                    drop(message);
-                    self.goodbye();
-                    return Err(ParticipantError::Failed(words));
-                }
+                _ if fits => return Ok(message),
+                Kind::Failed => return Err(ParticipantError::Failed(message.words())),
                 // Told to end while it solved, a participant still gives its solution first.
-                Kind::Solved if kind == Kind::Terminated && header.sequence < self.sequence => {}
-                found if found == kind && header.sequence == self.sequence => return Ok(message),
-                _ => {
-                    let expected = MessageHeader { window: 0, ..MessageHeader::new(kind, self.sequence) };
-                    return Err(unexpected(&message, &expected.name(), during()));
-                }
+                Kind::Solved if kind == Kind::Terminated && found.sequence < self.sequence => {}
+                _ => return Err(unexpected(&message, &expected.name(), during())),
             }
         }
+    }
+
+    /// Ends the connection after an error, so that nobody waits for another deadline. A run that is interrupted may still end its
+    /// participants in order.
+    fn broken(&mut self, error: ParticipantError) -> ParticipantError {
+        if !matches!(error, ParticipantError::Interrupted { .. }) {
+            self.goodbye();
+        }
+        error
     }
 
     /// Ends the connection for the participant, whatever it does.
@@ -202,7 +217,7 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         let message = self.answer(Kind::Ready, during)?;
         let scalars = scalars(&message, &self.description, during)?;
         let readiness = Readiness { window_limit: message.header().size, scalars };
-        read(&mut self.connection, &message, Selection::All, outputs, during)?;
+        read(&self.connection, &message, Selection::All, outputs, during)?;
         Ok(readiness)
     }
 
@@ -222,16 +237,8 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         let during = || solving(&window);
         let message = self.answer(Kind::Solved, during)?;
         let header = message.header();
-        if (header.window, header.iteration) != (window.index, window.iteration) {
-            let expected = MessageHeader {
-                window: window.index,
-                iteration: window.iteration,
-                ..MessageHeader::new(Kind::Solved, self.sequence)
-            };
-            return Err(unexpected(&message, &expected.name(), during()));
-        }
         let report = header.window_report(&scalars(&message, &self.description, during)?);
-        read(&mut self.connection, &message, Selection::EveryWindow, outputs, during)?;
+        read(&self.connection, &message, Selection::EveryWindow, outputs, during)?;
         Ok(report)
     }
 
@@ -261,7 +268,7 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         self.answer(Kind::Restored, during).map(drop)
     }
 
-    /// Ends the process in order. One whose connection has ended, since it failed, has nothing left to do.
+    /// Ends the process in order. Where a call failed before, the connection has ended, and nothing is left to do.
     fn terminate(&mut self) -> Result<(), ParticipantError> {
         if self.ended {
             return Ok(());
@@ -305,7 +312,7 @@ fn scalars<S: Service>(
 }
 
 fn read<S: Service>(
-    connection: &mut Connection<S>,
+    connection: &Connection<S>,
     message: &Message<S>,
     selection: Selection,
     outputs: &mut Fields,

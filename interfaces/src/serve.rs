@@ -186,7 +186,7 @@ impl Session<'_> {
     /// Does what the message asks. An error is the participant's end.
     fn answer<S: Service>(
         &mut self,
-        connection: &mut Connection<S>,
+        connection: &Connection<S>,
         message: Message<S>,
     ) -> Result<Option<Answer>, ParticipantError> {
         let request = *message.header();

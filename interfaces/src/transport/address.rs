@@ -63,12 +63,12 @@ impl Address {
 
     /// The folder of the domain's files that are not in shared memory. Users have their own, since the first to create it owns it.
     pub fn root(&self) -> String {
-        format!("/tmp/{}-{}", self.domain, rustix::process::geteuid().as_raw())
+        format!("/tmp/{}", self.prefix().trim_end_matches('_'))
     }
 
     /// The prefix of the domain's entries in shared memory, and of its files under [`Address::root`].
     pub fn prefix(&self) -> String {
-        format!("{}_", self.domain)
+        format!("{}-{}_", self.domain, rustix::process::geteuid().as_raw())
     }
 
     /// The library's settings, whole, so that no file in a working or home directory changes them.

@@ -9,7 +9,9 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, Node, ServiceN
 use iceoryx2::sample::Sample;
 use iceoryx2::service::Service;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
+use std::cell::Cell;
 use std::fmt::Debug;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::sleep;
@@ -37,7 +39,7 @@ pub struct Connection<S: Service> {
     peer: Peer<S>,
     node: OwnNode<S>,
     stop: Arc<AtomicBool>,
-    traffic: Traffic,
+    meter: Rc<Cell<Traffic>>,
 }
 
 /// The services of one direction.
@@ -106,7 +108,7 @@ impl<S: Service> Connection<S> {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(failed("creating a publisher"))?;
-        let traffic = Traffic::default();
+        let meter = Rc::default();
         let peer = Peer::unknown();
         Ok(Self {
             publisher,
@@ -118,7 +120,7 @@ impl<S: Service> Connection<S> {
             peer,
             node,
             stop,
-            traffic,
+            meter,
         })
     }
 
@@ -127,9 +129,15 @@ impl<S: Service> Connection<S> {
         self.peer.watch(alive);
     }
 
-    /// What went through so far.
-    pub fn traffic(&self) -> Traffic {
-        self.traffic
+    /// What went through, kept up to date; stays readable after the connection has moved elsewhere.
+    pub fn meter(&self) -> Rc<Cell<Traffic>> {
+        Rc::clone(&self.meter)
+    }
+
+    fn count(&self, add: impl FnOnce(&mut Traffic)) {
+        let mut traffic = self.meter.get();
+        add(&mut traffic);
+        self.meter.set(traffic);
     }
 
     /// Sends a message, and wakes the other side if `wake`. Does not wait. Counts of the payload are filled into the header.
@@ -163,9 +171,11 @@ impl<S: Service> Connection<S> {
         if wake {
             self.notifier.notify().map_err(|e| transport(format!("no wake-up: {e:?}")))?;
         }
-        self.traffic.copying_seconds += started.elapsed().as_secs_f64();
-        self.traffic.messages_sent += 1;
-        self.traffic.bytes_sent += 8 * payload.len() as u64;
+        self.count(|traffic| {
+            traffic.copying_seconds += started.elapsed().as_secs_f64();
+            traffic.messages_sent += 1;
+            traffic.bytes_sent += 8 * payload.len() as u64;
+        });
         Ok(())
     }
 
@@ -177,11 +187,13 @@ impl<S: Service> Connection<S> {
     ) -> Result<Message<S>, ParticipantError> {
         let started = Instant::now();
         let message = self.wait(started, deadline, &during);
-        self.traffic.waiting_seconds += started.elapsed().as_secs_f64();
+        self.count(|traffic| traffic.waiting_seconds += started.elapsed().as_secs_f64());
         let message = message?;
         self.peer.find(&self.incoming.messages);
-        self.traffic.messages_received += 1;
-        self.traffic.bytes_received += 8 * message.payload().len() as u64;
+        self.count(|traffic| {
+            traffic.messages_received += 1;
+            traffic.bytes_received += 8 * message.payload().len() as u64;
+        });
         message.check().map_err(|what| ParticipantError::Protocol { during: during(), what })?;
         Ok(message)
     }
@@ -196,11 +208,12 @@ impl<S: Service> Connection<S> {
             if let Some(message) = self.take(during)? {
                 return Ok(message);
             }
-            if let Some(how) = self.peer.end() {
-                return Err(ParticipantError::Died { during: format!("{} ({how})", during()) });
-            }
+            // Before the other side's end: what interrupts a run often ends its participants too.
             if self.stop.load(Ordering::Relaxed) {
                 return Err(ParticipantError::Interrupted { during: during() });
+            }
+            if let Some(how) = self.peer.end() {
+                return Err(ParticipantError::Died { during: format!("{} ({how})", during()) });
             }
             let Some(left) = deadline.checked_sub(started.elapsed()).filter(|left| !left.is_zero()) else {
                 return Err(ParticipantError::TimedOut { during: during(), seconds: deadline.as_secs_f64() });
@@ -231,8 +244,8 @@ impl<S: Service> Connection<S> {
     }
 
     /// Counts time spent on copying a received message.
-    pub(crate) fn copied(&mut self, since: Instant) {
-        self.traffic.copying_seconds += since.elapsed().as_secs_f64();
+    pub(crate) fn copied(&self, since: Instant) {
+        self.count(|traffic| traffic.copying_seconds += since.elapsed().as_secs_f64());
     }
 }
 

@@ -3,8 +3,7 @@
 //! A process of a test is this executable again, told by an environment variable what to be. Each test has a domain of shared memory
 //! of its own, which must be empty afterwards. Deadlines are a minute where a test expects that something else ends the wait.
 
-mod support;
-
+use crate::support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 use interfaces::transport::Alive;
 use interfaces::{
     Address, Deadlines, Direction, Guarded, Participant, ParticipantError, RemoteParticipant, Role, new_run,
@@ -16,7 +15,6 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
-use support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 
 const TASK: &str = "MENISCUS_TRANSPORT_TEST_TASK";
 /// What the coupler's process says when it is well under way.
@@ -33,7 +31,8 @@ fn child() {
     let ended = if role == "coupler" {
         coupler(&address, points)
     } else {
-        let mut echo = Echo::new(points, misdeed).with_dimension(dimension.parse().unwrap());
+        let mut echo = Echo::new(points, misdeed);
+        echo.description.dimension = dimension.parse().unwrap();
         serve(&mut echo, &address, hash, long(), &Arc::default()).map_err(|e| e.to_string())
     };
     if let Err(error) = &ended {
@@ -63,7 +62,7 @@ fn coupler(address: &Address, points: usize) -> Result<(), String> {
 
 fn spawn(task: &str) -> Child {
     Command::new(std::env::current_exe().unwrap())
-        .args(["child", "--exact", "--nocapture"])
+        .args(["processes::child", "--exact", "--nocapture"])
         .env(TASK, task)
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -192,7 +191,7 @@ fn a_participant_killed_while_it_solves_is_missed_at_once() {
     killer.join().unwrap();
     assert!(message.starts_with("its process died while solving window 2, iteration 0 ("), "{message}");
     assert!(message.ends_with("(signal: 9 (SIGKILL))"), "{message}");
-    structure.terminate().unwrap_err();
+    structure.terminate().unwrap();
     process.wait();
     drop(structure);
 }
@@ -230,6 +229,7 @@ fn a_stopped_participant_is_given_up_at_its_deadline() {
     let error = structure.finish(&mut outputs).unwrap_err();
     let during = "while solving window 0, iteration 0".to_owned();
     assert_eq!(error, ParticipantError::TimedOut { during, seconds: 1.0 });
+    structure.terminate().unwrap();
     drop(structure);
     process.signal(Signal::KILL);
     process.wait();

@@ -12,12 +12,12 @@ pub const HASH: &str = "5d41402abc4b2a76";
 
 /// Gives back what it takes: position = load + number of the window, velocity = 2 × load.
 pub struct Echo {
-    description: Description,
+    pub description: Description,
     misdeed: String,
     at: u64,
     load: Vec<f64>,
     window: u64,
-    pub accepted: u64,
+    accepted: u64,
 }
 
 impl Echo {
@@ -47,11 +47,6 @@ impl Echo {
             window: 0,
             accepted: 0,
         }
-    }
-
-    pub fn with_dimension(mut self, dimension: usize) -> Self {
-        self.description.dimension = dimension;
-        self
     }
 
     fn give(&self, outputs: &mut Fields) {
