@@ -110,7 +110,7 @@ pub fn reference_velocity<const D: usize>(properties: &FluidProperties<D>, initi
         extent = (extent.0.min(height), extent.1.max(height));
     }
     let depth = if initial.is_empty() { 0.0 } else { extent.1 - extent.0 + properties.spacing };
-    let fastest = initial.velocities.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    let fastest = initial.velocities.iter().map(Vector::norm).fold(0.0, f64::max);
     (g * depth).sqrt().max(fastest)
 }
 

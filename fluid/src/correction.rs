@@ -11,7 +11,7 @@ const ENTRIES: usize = 6;
 /// From the Taylor series: `B̂ : [Σ r e e e ∇W + (Σ e e ∇W)·(Σ r r B∇W)] = −I` (V in every sum). The paper's Eqs. (6)–(7) have `B̂` on both sides, which cannot be.
 /// `gradients` gives `(r_ab, V_b ∇W_ab)` of every neighbour, `b` is the tensor of Eq. (5). Nothing where neighbours are too few for a solution.
 pub fn second_derivative_correction<const D: usize>(
-    gradients: impl Iterator<Item = (Vector<D>, Vector<D>)> + Clone,
+    gradients: &(impl Iterator<Item = (Vector<D>, Vector<D>)> + Clone),
     b: &Matrix<D>,
 ) -> Option<Matrix<D>> {
     let entries: Vec<(usize, usize)> = (0..D).flat_map(|i| (i..D).map(move |j| (i, j))).collect();

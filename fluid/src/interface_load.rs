@@ -3,6 +3,7 @@
 use crate::interface::InterfaceInput;
 use crate::neighbourhood::Neighbourhood;
 use crate::options::Options;
+use crate::state::State;
 use crate::time_step::FluidProperties;
 use crate::walls::Walls;
 use sph::kernel::CubicSpline;
@@ -131,13 +132,13 @@ pub fn boundary_friction<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     options: &Options,
     kinematic_viscosity: f64,
-    positions: &[Vector<D>],
-    velocities: &[Vector<D>],
+    fluid: &State<D>,
     bodies: (&Walls<D>, &InterfaceInput<'_, D>),
     accelerations: &mut [Vector<D>],
     mut taken: impl FnMut(Body, Vector<D>),
 ) {
     let (walls, structure) = bodies;
+    let (positions, velocities) = (&fluid.positions, &fluid.velocities);
     let mut pull = |a: usize, at: &Vector<D>, u: &Vector<D>, g: &Vector<D>, body: Body| {
         let stiffness = 2.0 * g.norm() / (positions[a] - at).norm();
         let acceleration = (u - velocities[a]) * (kinematic_viscosity * stiffness);

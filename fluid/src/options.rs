@@ -83,7 +83,8 @@ pub struct Options {
     pub pocket_regularisation: f64,
     /// Preconditioner of the pressure solves.
     pub preconditioner: Preconditioner,
-    /// Relative residual of the pressure solve.
+    /// Relative residual of the pressure solve. The default 1e-3 leaves energy, density and centroid of tank and dam break as 1e-5 does
+    /// (tank, K: 0.01723 and 0.01724 J; dam, energy at 1.5 s: 0.9726 and 0.9727) in 8 iterations instead of 14.
     pub pressure_tolerance: f64,
     /// Relative residual of the position projection.
     pub position_tolerance: f64,

@@ -1,10 +1,9 @@
 //! The preconditioner of both solves of a step: the one place where it is chosen, set up and applied.
 
 use crate::multigrid::{self, Multigrid};
-use crate::neighbourhood::Neighbourhood;
-use crate::options::{Options, Preconditioner, Scheme};
+use crate::options::Preconditioner;
+use crate::pressure_operator::PressureOperator;
 use rayon::prelude::*;
-use sph::Vector;
 
 /// A preconditioner for one step's operator. Made anew each step from that step's matrix alone, so that no result depends on steps before.
 #[derive(Debug, Default)]
@@ -18,35 +17,30 @@ pub struct PressurePreconditioner {
 }
 
 impl PressurePreconditioner {
-    /// Sets up. The multigrid's matrix is the compact Laplacian between unknown pressures, with the operator's extra diagonal and, for the
-    /// wide operator, its reaction `|own|²` (see [`multigrid::Options::WIDE_OPERATOR`]), all times ρ. `diagonal` is the operator's.
+    /// Sets up for `operator`, whose diagonal is `diagonal`. The multigrid's matrix is the compact Laplacian between unknown pressures, with
+    /// the operator's extra diagonal and, for the wide operator, its reaction `|own|²` (see [`multigrid::Options::WIDE_OPERATOR`]), all times ρ.
     pub fn prepare<const D: usize>(
         &mut self,
-        options: &Options,
-        neighbourhood: &Neighbourhood<D>,
-        own: &[Vector<D>],
-        density: f64,
-        extra_diagonal: &[f64],
+        kind: Preconditioner,
+        operator: &PressureOperator<'_, D>,
         diagonal: &[f64],
-        free: &[bool],
     ) {
-        self.by_multigrid = options.preconditioner == Preconditioner::Multigrid;
+        self.by_multigrid = kind == Preconditioner::Multigrid;
         if !self.by_multigrid {
             self.inverse_diagonal.clear();
             self.inverse_diagonal.extend(diagonal.iter().map(|d| if *d > 0.0 { 1.0 / d } else { 0.0 }));
             return;
         }
-        let wide = options.scheme == Scheme::EnergyConsistent;
-        let list = &neighbourhood.fluid;
+        let (list, free) = (&operator.neighbourhood.fluid, operator.free);
         self.offsets.clear();
         self.columns.clear();
         self.values.clear();
         self.offsets.push(0);
         for a in 0..list.len() {
             if free[a] {
-                let reaction = if wide { own[a].norm_squared() } else { 0.0 };
-                let mut total = density * extra_diagonal[a] + reaction;
-                for (&b, pair) in list.of(a).iter().zip(&neighbourhood.fluid_pairs[list.range(a)]) {
+                let reaction = operator.wide_share * operator.own[a].norm_squared();
+                let mut total = operator.extra_diagonal[a] / operator.inverse_density + reaction;
+                for (&b, pair) in list.of(a).iter().zip(&operator.neighbourhood.fluid_pairs[list.range(a)]) {
                     total += pair.stiffness;
                     if free[b as usize] {
                         self.columns.push(b);
@@ -61,8 +55,14 @@ impl PressurePreconditioner {
             }
             self.offsets.push(self.columns.len() as u32);
         }
-        let kind = if wide { multigrid::Options::WIDE_OPERATOR } else { multigrid::Options::SAME_OPERATOR };
-        let multigrid = self.multigrid.get_or_insert_with(|| Multigrid::new(kind));
+        let wide = operator.wide_share > 0.0;
+        let multigrid = self.multigrid.get_or_insert_with(|| {
+            Multigrid::new(if wide {
+                multigrid::Options::WIDE_OPERATOR
+            } else {
+                multigrid::Options::SAME_OPERATOR
+            })
+        });
         multigrid.rebuild(&self.offsets, &self.columns, &self.values);
     }
 

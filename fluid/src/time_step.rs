@@ -175,7 +175,7 @@ impl<const D: usize> Fluid<D> {
     pub fn stable_step(&self, state: &State<D>, structure_velocities: &[Vector<D>]) -> f64 {
         let h = self.smoothing_length();
         let fastest = parallel::max(state.len(), self.reference_velocity, |a| state.velocities[a].norm());
-        let fastest = structure_velocities.iter().map(|u| u.norm()).fold(fastest, f64::max);
+        let fastest = structure_velocities.iter().map(Vector::norm).fold(fastest, f64::max);
         let mut dt = self.options.courant * h / fastest.max(1e-12);
         if state.last_dt > 0.0 {
             dt = dt.min(self.options.growth * state.last_dt);
@@ -264,16 +264,16 @@ impl<const D: usize> Fluid<D> {
             s.extra_diagonal[a] = kappa + s.diagonal[a] * (1.0 / alpha - 1.0);
             s.diagonal[a] += s.extra_diagonal[a];
         }
-        let density = self.properties.density;
-        s.preconditioner.prepare(
-            &self.options,
+        let a = operator(
             &s.neighbourhood,
             &s.own,
-            density,
+            &self.properties,
+            &self.options,
+            &self.compliance,
             &s.extra_diagonal,
-            &s.diagonal,
-            &s.surface.free,
+            &s.surface,
         );
+        s.preconditioner.prepare(self.options.preconditioner, &a, &s.diagonal);
     }
 
     fn project_positions(
@@ -356,8 +356,7 @@ impl<const D: usize> Fluid<D> {
             &s.neighbourhood,
             &self.options,
             self.properties.kinematic_viscosity,
-            &accepted.positions,
-            &accepted.velocities,
+            accepted,
             (&self.walls, structure),
             &mut s.viscous_accelerations,
             |body, acceleration| match body {

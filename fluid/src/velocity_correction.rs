@@ -41,6 +41,10 @@ pub fn corrected_accelerations<const D: usize>(
     });
 }
 
+/// The budget counts the pressure's own work alone. Charging it with the errors of time integration and of displacements too (so that the
+/// total energy would not rise either) leaves nothing to spend in water at rest: the tank then keeps 10 J of noise instead of 0.02 J. What the
+/// total gains that way stays small: see the case `dam break` in the crate's tests.
+///
 /// Largest share θ ≤ 1 of the change `difference` (m/s) to velocities `u` for which the kinetic energy (J) rises by no more than `budget`
 /// (J, not positive beyond rounding: less than what the symmetric gradient took).
 ///

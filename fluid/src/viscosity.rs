@@ -113,7 +113,7 @@ fn fitted_laplacian<const D: usize>(
             .map(|(&b, pair)| (b as usize, input.positions[a] - input.positions[b as usize], pair))
     };
     let gradients = around().map(|(_, r, pair)| (r, pair.gradient));
-    let Some(b_hat) = second_derivative_correction(gradients, &input.corrections[a].0) else {
+    let Some(b_hat) = second_derivative_correction(&gradients, &input.corrections[a].0) else {
         let simple = around().map(|(b, _, pair)| {
             (input.velocities[b] - input.velocities[a])
                 * (0.5 * (viscosities[a] + viscosities[b]) * pair.stiffness)

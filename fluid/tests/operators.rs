@@ -237,7 +237,7 @@ fn corrected_laplacian_is_exact_for_quadratic_fields<const D: usize>(side: usize
                 .zip(pairs)
                 .map(|(&b, pair)| (fluid[a] - fluid[b as usize], pair.gradient))
         };
-        let b_hat = second_derivative_correction(around(), &corrections[a].0).expect("enough neighbours");
+        let b_hat = second_derivative_correction(&around(), &corrections[a].0).expect("enough neighbours");
         let jump = |r: &Vector<D>| field(&fluid[a]) - field(&(fluid[a] - r));
         let gradient = around().fold(Vector::zeros(), |sum, (r, g)| sum - corrections[a].0 * g * jump(&r));
         let laplacian: f64 = around()

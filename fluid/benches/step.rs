@@ -1,0 +1,136 @@
+//! The whole step and its parts on a column of water of about 5,000 and 50,000 particles that has begun to collapse:
+//! `cargo bench -p fluid --bench step`.
+
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use fluid::neighbourhood::{Bodies, Neighbourhood};
+use fluid::preconditioner::PressurePreconditioner;
+use fluid::pressure_operator::{self, OperatorScratch, PressureOperator};
+use fluid::{
+    Fluid, FluidProperties, InterfaceInput, InterfaceParticles, Options, Preconditioner, State, WallPart,
+    WallShape, Walls,
+};
+use sph::Vector;
+use sph::kernel::CubicSpline;
+use sph::lattice::Lattice;
+use sph::neighbours::CellGrid;
+
+fn wall(name: &str, low: [f64; 2], high: [f64; 2]) -> WallPart<2> {
+    let shape = WallShape::Box { low: low.into(), high: high.into() };
+    WallPart { name: name.into(), shape, velocity: Vector::zeros() }
+}
+
+/// A column 1 × 2 in a tank 4 wide after 20 steps, and its solver.
+fn collapsing(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
+    let dx = 1.0 / cells as f64;
+    let t = 4.0 * dx;
+    let parts = vec![
+        wall("bed", [-t, -t], [4.0 + t, 0.0]),
+        wall("left", [-t, 0.0], [0.0, 3.0]),
+        wall("right", [4.0, 0.0], [4.0 + t, 3.0]),
+    ];
+    let lattice = Lattice::<2>::fill_box(Vector::zeros(), [1.0, 2.0].into(), dx);
+    let count = lattice.positions.len();
+    let properties = FluidProperties {
+        density: 1000.0,
+        kinematic_viscosity: 1e-6,
+        gravity: [0.0, -9.81].into(),
+        spacing: dx,
+        particle_volume: lattice.cell_volume(),
+        domain: ([-1.0, -1.0].into(), [5.0, 10.0].into()),
+    };
+    let mut state = State::new(lattice.positions, vec![Vector::zeros(); count]);
+    let walls = Walls::new(parts, dx, 2.4 * dx).expect("boxes are boxes");
+    let options = Options { pressure_tolerance: tolerance, ..Options::default() };
+    let mut fluid = Fluid::new(properties, options, walls, InterfaceParticles::default(), &state)
+        .expect("sound settings");
+    let mut trial = State::default();
+    for _ in 0..20 {
+        let dt = fluid.stable_step(&state, &[]);
+        fluid.step(&state, 0.0, dt, &InterfaceInput::NONE, &mut trial).expect("it flows");
+        std::mem::swap(&mut state, &mut trial);
+    }
+    (fluid, state)
+}
+
+fn measure(criterion: &mut Criterion) {
+    for cells in [50, 158] {
+        let (fluid, state) = collapsing(cells, 1e-3);
+        let n = state.len();
+        let dx = fluid.properties().spacing;
+        for threads in [1, 2] {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
+            let mut group = criterion.benchmark_group(format!("step/{threads}-threads"));
+            group.sample_size(10).throughput(Throughput::Elements(n as u64));
+            let kernel = CubicSpline::new(fluid.smoothing_length());
+            let mut neighbourhood = Neighbourhood::default();
+            let walls = fluid.walls();
+            let bodies = Bodies {
+                wall_positions: &walls.positions,
+                wall_volumes: &walls.volumes,
+                wall_grid: &walls.grid,
+                structure_positions: &[],
+                structure_volumes: &[],
+            };
+            let grid_of = |points: &[Vector<2>]| CellGrid::new(points, kernel.support());
+            let mut list = sph::neighbours::NeighbourList::default();
+            group.bench_function(BenchmarkId::new("fluid_lists_only", n), |bencher| {
+                bencher.iter(|| {
+                    pool.install(|| {
+                        list.rebuild(&state.positions, &grid_of(&state.positions), &state.positions);
+                    });
+                });
+            });
+            group.bench_function(BenchmarkId::new("neighbourhood", n), |bencher| {
+                bencher.iter(|| {
+                    pool.install(|| {
+                        neighbourhood.update(&kernel, dx, dx * dx, &state.positions, &bodies);
+                    });
+                });
+            });
+            let mut own = Vec::new();
+            pressure_operator::own_gradients(&neighbourhood, &mut own);
+            let (extra, free) = (vec![1e-9; n], vec![true; n]);
+            let operator = PressureOperator {
+                neighbourhood: &neighbourhood,
+                own: &own,
+                inverse_density: 1e-3,
+                compliance: &[],
+                laplacian_share: 0.1,
+                wide_share: 1.0,
+                extra_diagonal: &extra,
+                free: &free,
+            };
+            let (mut out, mut scratch, mut diagonal) = (vec![0.0; n], OperatorScratch::default(), Vec::new());
+            operator.diagonal(&mut diagonal);
+            group.bench_function(BenchmarkId::new("operator", n), |bencher| {
+                bencher.iter(|| pool.install(|| operator.apply(&state.pressures, &mut out, &mut scratch)));
+            });
+            let mut preconditioner = PressurePreconditioner::default();
+            group.bench_function(BenchmarkId::new("hierarchy", n), |bencher| {
+                bencher.iter(|| {
+                    pool.install(|| {
+                        preconditioner.prepare(Preconditioner::Multigrid, &operator, &diagonal);
+                    });
+                });
+            });
+            group.bench_function(BenchmarkId::new("preconditioner", n), |bencher| {
+                bencher.iter(|| pool.install(|| preconditioner.apply(&state.pressures, &mut out)));
+            });
+            for tolerance in [1e-3, 1e-6] {
+                let (mut fluid, state) = collapsing(cells, tolerance);
+                let mut trial = State::default();
+                let dt = fluid.stable_step(&state, &[]);
+                group.bench_function(BenchmarkId::new(format!("whole_{tolerance:.0e}"), n), |bencher| {
+                    bencher.iter(|| {
+                        pool.install(|| {
+                            fluid.step(&state, 0.0, dt, &InterfaceInput::NONE, &mut trial).expect("it flows")
+                        })
+                    });
+                });
+            }
+        }
+    }
+}
+
+criterion_group!(benches, measure);
+criterion_main!(benches);
