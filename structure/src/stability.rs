@@ -26,7 +26,7 @@ impl<const D: usize> Structure<D> {
 
     /// The largest angular frequency `ω_max` (rad/s) of the linearised structure at rest.
     pub(crate) fn stable_time_step_at_rest(&mut self) -> f64 {
-        let spacing = self.setup.bodies.iter().map(|b| b.spacing()).fold(f64::INFINITY, f64::min);
+        let spacing = self.setup.bodies.iter().map(crate::Body::spacing).fold(f64::INFINITY, f64::min);
         let omega = self.largest_frequency(PROBE * spacing);
         let step = SAFETY * RUNGE_KUTTA_LIMIT / omega;
         if self.setup.damping > 0.0 { step.min(SAFETY * 2.78 / self.setup.damping) } else { step }

@@ -2,6 +2,7 @@
 
 use crate::field::Field;
 use crate::gradient::first_order::FirstOrder;
+use crate::gradient::quadratic::Quadratic;
 use crate::kernels::{self, BodyPass, Fields, row};
 use crate::lanes::{LANES, Lanes, plus_identity};
 use crate::material::{ConstitutiveLaw, with_law};
@@ -56,6 +57,7 @@ impl<const D: usize> Structure<D> {
         for (user, internal) in numbering.pairs().filter(|&(user, _)| !clamped[user]) {
             let scale = match setup.gradient {
                 Gradient::FirstOrder => 1.0 / densities[user],
+                Gradient::Quadratic => 1.0 / masses[user],
             };
             fields.scale.set(0, internal, scale);
         }
@@ -156,7 +158,7 @@ impl<const D: usize> Structure<D> {
         out.von_mises.resize(count, 0.0);
         out.strain_energy_density.resize(count, 0.0);
         out.deformation_gradient.resize(count, Matrix::zeros());
-        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l| {
+        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l, gradient_energy| {
             let pass = body_of(&self.passes, s);
             let e = &pass.elasticity;
             let (response, energy, out_of_plane) =
@@ -173,7 +175,7 @@ impl<const D: usize> Structure<D> {
                 let sigma = p * f.transpose() / response.jacobian.0[lane];
                 out.deformation_gradient[user] = f;
                 out.cauchy_stress[user] = sigma;
-                out.strain_energy_density[user] = energy.0[lane];
+                out.strain_energy_density[user] = energy.0[lane] + gradient_energy.0[lane];
                 out.von_mises[user] = von_mises(&sigma, out_of_plane.0[lane]);
             }
         });
@@ -262,7 +264,7 @@ impl<const D: usize> Structure<D> {
     /// The error for a slice in which `J` is not positive.
     pub(crate) fn inversion(&self, slice: usize, time: f64) -> Error {
         let mut found = None;
-        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l| {
+        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l, _| {
             if s == slice {
                 let jacobian = crate::lanes::cofactor(&plus_identity(l)).1;
                 found = (0..LANES)
@@ -300,9 +302,9 @@ impl<const D: usize> Structure<D> {
 
     fn strain_energy(&self) -> f64 {
         let mut by_slice = vec![0.0; self.stencil.slices.len()];
-        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l| {
+        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l, gradient_energy| {
             let pass = body_of(&self.passes, s);
-            let density: Lanes = with_law!(pass.law, L => L::energy(&pass.elasticity, l));
+            let density: Lanes = with_law!(pass.law, L => L::energy(&pass.elasticity, l)) + gradient_energy;
             for lane in 0..LANES {
                 let user = self.numbering.user_of[s * LANES + lane];
                 if user != NOBODY {
@@ -361,6 +363,9 @@ fn build_stencil<const D: usize>(setup: &Setup<D>, numbering: &Numbering) -> Res
         let pushed = match setup.gradient {
             Gradient::FirstOrder => {
                 stencil.push(slices.clone(), &rows, &FirstOrder::new(body, ratio, first, &members))
+            }
+            Gradient::Quadratic => {
+                stencil.push(slices.clone(), &rows, &Quadratic::new(body, ratio, first, &members))
             }
         };
         pushed.map_err(|internal| SetupError {
