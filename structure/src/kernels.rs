@@ -6,7 +6,7 @@
 
 use crate::field::Field;
 use crate::gradient::{first_order, quadratic};
-use crate::lanes::{LANES, Lanes, Tensor};
+use crate::lanes::{LANES, Lanes, Tensor, matrix, row as row_of};
 use crate::material::{ConstitutiveLaw, Elasticity, Law, with_law};
 use crate::setup::Gradient;
 use crate::stencil::{Slice, Stencil};
@@ -147,8 +147,7 @@ pub(crate) fn visit_gradients<const D: usize>(
     mut visit: impl FnMut(usize, &Tensor<D>, Lanes),
 ) {
     // The dimension is known to the compiler twice, so the lanes are copied over.
-    let mut copy =
-        |s: usize, l: &[[Lanes; 3]; 3], energy: Lanes| visit(s, &from_fn(|i| from_fn(|j| l[i][j])), energy);
+    let mut copy = |s: usize, l: &[[Lanes; 3]; 3], energy: Lanes| visit(s, &matrix(|i, j| l[i][j]), energy);
     for_dimension!(D, gradient, visit_gradients_in(stencil, fields, &mut copy));
 }
 
@@ -331,20 +330,19 @@ impl<'a> Pairs<'a> {
     ) -> [[Lanes; K]; D] {
         let slice = &self.stencil.slices[s];
         let base = self.margin + s * LANES;
-        let own: [Lanes; D] = from_fn(|i| Lanes::load(displacement[i], base));
+        let own: [Lanes; D] = row_of(|i| Lanes::load(displacement[i], base));
         let mut sums = [[Lanes::ZERO; K]; D];
         let weights = self.weights::<K>(slice).chunks_exact(K * LANES);
         let range = slice.entries.0 as usize..slice.entries.1 as usize;
         if slice.runs {
             for (&offset, phi) in self.stencil.offsets[range].iter().zip(weights) {
                 let start = (base as i64 + i64::from(offset)) as usize;
-                let difference = from_fn(|i| Lanes::load(displacement[i], start) - own[i]);
+                let difference = row_of(|i| Lanes::load(displacement[i], start) - own[i]);
                 add_moments::<D, K>(&mut sums, &difference, phi);
             }
         } else {
             for (indices, phi) in self.stencil.indices[range].iter().zip(weights) {
-                let difference =
-                    from_fn(|i| Lanes::gather(&displacement[i][self.margin..], indices) - own[i]);
+                let difference = row_of(|i| Lanes::gather(&displacement[i][self.margin..], indices) - own[i]);
                 add_moments::<D, K>(&mut sums, &difference, phi);
             }
         }
@@ -363,7 +361,7 @@ impl<'a> Pairs<'a> {
     ) -> [Lanes; D] {
         let slice = &self.stencil.slices[s];
         let base = self.margin + s * LANES;
-        let own: [[Lanes; K]; D] = from_fn(|i| from_fn(|k| Lanes::load(conjugate[i][k], base)));
+        let own: [[Lanes; K]; D] = matrix(|i, k| Lanes::load(conjugate[i][k], base));
         let mut sums = [Lanes::ZERO; D];
         let weights = self.weights::<K>(slice).chunks_exact(K * LANES);
         let range = slice.entries.0 as usize..slice.entries.1 as usize;
@@ -389,7 +387,7 @@ impl<'a> Pairs<'a> {
             }
         }
         let scale = Lanes::load(scale, base);
-        sums.map(|sum| sum * scale)
+        row_of(|i| sums[i] * scale)
     }
 }
 

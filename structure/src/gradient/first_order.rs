@@ -3,13 +3,12 @@
 //! Weights of a pair: `V_b ∇₀W_ab` with `∇₀W_ab = W′(r)/r (X_a − X_b)`. Constants of a particle: `K_a⁻¹` (upper triangle, row by
 //! row), and `Σ_b V_b ∇₀W_ab`.
 
-use crate::lanes::{LANES, Lanes, Tensor, product};
+use crate::lanes::{LANES, Lanes, Tensor, matrix, product};
 use crate::material::{ConstitutiveLaw, Elasticity};
 use crate::setup::Body;
 use crate::stencil::PairOperator;
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, tensor};
-use std::array::from_fn;
 
 /// A moment matrix whose smallest eigenvalue is under this fraction of its trace over `D` does not span all directions:
 /// on a regular lattice it is one, at a corner about one.
@@ -103,7 +102,7 @@ pub(crate) fn respond<const D: usize, const K: usize, L: ConstitutiveLaw>(
     let response = L::respond::<D>(elasticity, &displacement_gradient::<D, K>(moments, constants));
     let q = product(&response.first_piola, &inverse_moment::<D>(constants));
     // K equals D here; the compiler knows it only after instantiation.
-    (from_fn(|i| from_fn(|k| q[i][k])), response.jacobian)
+    (matrix(|i, k| q[i][k]), response.jacobian)
 }
 
 /// The displacement gradient `L = A K⁻¹`, Eq. (41), from the moments `A = Σ_b (U_b − U_a) ⊗ V_b ∇₀W_ab`.
@@ -112,16 +111,14 @@ pub(crate) fn displacement_gradient<const D: usize, const K: usize>(
     moments: &[[Lanes; K]; D],
     constants: &[f64],
 ) -> Tensor<D> {
-    product(&from_fn(|i| from_fn(|j| moments[i][j])), &inverse_moment::<D>(constants))
+    product(&matrix(|i, j| moments[i][j]), &inverse_moment::<D>(constants))
 }
 
 /// `K⁻¹` from the upper triangle that the constants begin with.
 #[inline(always)]
 fn inverse_moment<const D: usize>(constants: &[f64]) -> Tensor<D> {
-    from_fn(|i| {
-        from_fn(|j| {
-            let (r, c) = (i.min(j), i.max(j));
-            Lanes::load(constants, (r * D - r * (r + 1) / 2 + c) * LANES)
-        })
+    matrix(|i, j| {
+        let (r, c) = (i.min(j), i.max(j));
+        Lanes::load(constants, (r * D - r * (r + 1) / 2 + c) * LANES)
     })
 }

@@ -16,13 +16,12 @@
 //! Weights of a pair: `w p`. Constants of a particle: the symmetric matrix `M` that takes `Σ_b (U_b − U_a) w p` to gradient and Hessian,
 //! the symmetric `D̃`, and `V`; upper triangles row by row.
 
-use crate::lanes::{LANES, Lanes, Tensor, plus_identity};
+use crate::lanes::{LANES, Lanes, Tensor, matrix, plus_identity};
 use crate::material::{ConstitutiveLaw, Elasticity};
 use crate::setup::Body;
 use crate::stencil::PairOperator;
 use nalgebra::{DMatrix, DVector};
 use sph::kernel::CubicSpline;
-use std::array::from_fn;
 
 /// Eigenvalues of the scaled Hessian moments under this are not resolved. Two in ten separates rows at a surface (none resolved
 /// across it) from all others on a lattice, and keeps the stable step of scattered particles from collapsing.
@@ -113,7 +112,8 @@ impl<'a, const D: usize> Quadratic<'a, D> {
         m.view_mut((0, D), (D, second)).copy_from(&cross);
         m.view_mut((D, 0), (second, D)).copy_from(&cross.transpose());
         m.view_mut((D, D), (second, second)).copy_from(&pseudo_inverse);
-        let dropped = if dropped.is_empty() { DMatrix::zeros(second, 0) } else { DMatrix::from_columns(&dropped) };
+        let dropped =
+            if dropped.is_empty() { DMatrix::zeros(second, 0) } else { DMatrix::from_columns(&dropped) };
         Some((m, dropped))
     }
 
@@ -247,7 +247,7 @@ fn derivatives<const D: usize, const K: usize>(
 /// The displacement gradient alone.
 #[inline(always)]
 fn first<const D: usize, const K: usize>(g: &[[Lanes; K]; D]) -> Tensor<D> {
-    from_fn(|i| from_fn(|j| g[i][j]))
+    matrix(|i, j| g[i][j])
 }
 
 /// Voigt components of `∂E/∂X_k`, shears doubled, the first `K − D` of each row used.
@@ -326,7 +326,8 @@ pub(crate) fn respond<const D: usize, const K: usize, L: ConstitutiveLaw>(
     }
     let s = D * (K - D);
     let volume = Lanes::load(constants, (K * (K + 1) / 2 + s * (s + 1) / 2) * LANES);
-    (derivatives::<D, K>(&c, constants).map(|row| row.map(|q| q * volume)), response.jacobian)
+    let q = derivatives::<D, K>(&c, constants);
+    (matrix(|i, k| q[i][k] * volume), response.jacobian)
 }
 
 /// The displacement gradient, and the strain-gradient energy a volume (J/m³).
