@@ -5,7 +5,8 @@
 //! threads nor the width of the vectors changes a bit of the result.
 
 use crate::field::Field;
-use crate::lanes::{LANES, Lanes, Tensor, product};
+use crate::gradient::{first_order, quadratic};
+use crate::lanes::{LANES, Lanes, Tensor, matrix, row as row_of};
 use crate::material::{ConstitutiveLaw, Elasticity, Law, with_law};
 use crate::setup::Gradient;
 use crate::stencil::{Slice, Stencil};
@@ -88,6 +89,7 @@ impl Fields {
 pub(crate) fn basis(dimension: usize, gradient: Gradient) -> usize {
     match gradient {
         Gradient::FirstOrder => dimension,
+        Gradient::Quadratic => dimension + dimension * (dimension + 1) / 2,
     }
 }
 
@@ -97,6 +99,8 @@ macro_rules! for_dimension {
         match ($dimension, $gradient) {
             (2, Gradient::FirstOrder) => $function::<2, 2>($($argument),*),
             (3, Gradient::FirstOrder) => $function::<3, 3>($($argument),*),
+            (2, Gradient::Quadratic) => $function::<2, 5>($($argument),*),
+            (3, Gradient::Quadratic) => $function::<3, 9>($($argument),*),
             _ => unreachable!("two or three dimensions"),
         }
     };
@@ -135,15 +139,15 @@ pub(crate) fn acceleration_pass(
     for_dimension!(dimension, gradient, acceleration_pass_in(stencil, fields, out));
 }
 
-/// Calls `visit(slice, displacement gradient)` for every slice in order.
+/// Calls `visit(slice, displacement gradient, strain-gradient energy a volume)` for every slice in order.
 pub(crate) fn visit_gradients<const D: usize>(
     gradient: Gradient,
     stencil: &Stencil,
     fields: &Fields,
-    mut visit: impl FnMut(usize, &Tensor<D>),
+    mut visit: impl FnMut(usize, &Tensor<D>, Lanes),
 ) {
     // The dimension is known to the compiler twice, so the lanes are copied over.
-    let mut copy = |s: usize, l: &[[Lanes; 3]; 3]| visit(s, &from_fn(|i| from_fn(|j| l[i][j])));
+    let mut copy = |s: usize, l: &[[Lanes; 3]; 3], energy: Lanes| visit(s, &matrix(|i, j| l[i][j]), energy);
     for_dimension!(D, gradient, visit_gradients_in(stencil, fields, &mut copy));
 }
 
@@ -208,19 +212,23 @@ fn acceleration_pass_in<const D: usize, const K: usize>(stencil: &Stencil, field
 fn visit_gradients_in<const D: usize, const K: usize>(
     stencil: &Stencil,
     fields: &Fields,
-    visit: &mut impl FnMut(usize, &[[Lanes; 3]; 3]),
+    visit: &mut impl FnMut(usize, &[[Lanes; 3]; 3], Lanes),
 ) {
     let pairs = Pairs { stencil, margin: stencil.margin };
     let displacement = fields.displacement.components::<D>();
     for s in 0..stencil.slices.len() {
         let moments = pairs.moments::<D, K>(s, &displacement);
         let constants = pairs.constants(s);
-        let l = displacement_gradient::<D, K>(&moments, constants);
+        let (l, energy) = if K == D {
+            (first_order::displacement_gradient::<D, K>(&moments, constants), Lanes::ZERO)
+        } else {
+            quadratic::observe::<D, K>(&moments, constants)
+        };
         let mut padded = [[Lanes::ZERO; 3]; 3];
         for i in 0..D {
             padded[i][..D].copy_from_slice(&l[i]);
         }
-        visit(s, &padded);
+        visit(s, &padded, energy);
     }
 }
 
@@ -236,13 +244,14 @@ fn stresses<const D: usize, const K: usize, L: ConstitutiveLaw>(
     for (n, s) in slices.enumerate() {
         let moments = pairs.moments::<D, K>(s, displacement);
         let constants = pairs.constants(s);
-        let l = displacement_gradient::<D, K>(&moments, constants);
-        let response = L::respond::<D>(elasticity, &l);
-        if !response.jacobian.all_positive() && failed.is_none() {
+        let (q, jacobian) = if K == D {
+            first_order::respond::<D, K, L>(elasticity, &moments, constants)
+        } else {
+            quadratic::respond::<D, K, L>(elasticity, &moments, constants)
+        };
+        if !jacobian.all_positive() && failed.is_none() {
             failed = Some(s);
         }
-        // Q = P K⁻¹, so that the pair sum of Eq. (42) needs no matrix.
-        let q = product(&response.first_piola, &inverse_moment::<D>(constants));
         for i in 0..D {
             for k in 0..K {
                 q[i][k].store(out[i][k], n * LANES);
@@ -300,26 +309,6 @@ fn integrate<const D: usize, const K: usize>(
     }
 }
 
-/// The displacement gradient `L = A K⁻¹`, Eq. (41), from the moments `A = Σ_b (U_b − U_a) ⊗ V_b ∇₀W_ab`.
-#[inline(always)]
-fn displacement_gradient<const D: usize, const K: usize>(
-    moments: &[[Lanes; K]; D],
-    constants: &[f64],
-) -> Tensor<D> {
-    product(&from_fn(|i| from_fn(|j| moments[i][j])), &inverse_moment::<D>(constants))
-}
-
-/// `K⁻¹` from the upper triangle that the constants begin with.
-#[inline(always)]
-fn inverse_moment<const D: usize>(constants: &[f64]) -> Tensor<D> {
-    from_fn(|i| {
-        from_fn(|j| {
-            let (r, c) = (i.min(j), i.max(j));
-            Lanes::load(constants, (r * D - r * (r + 1) / 2 + c) * LANES)
-        })
-    })
-}
-
 impl<'a> Pairs<'a> {
     #[inline(always)]
     fn constants(&self, s: usize) -> &'a [f64] {
@@ -341,27 +330,28 @@ impl<'a> Pairs<'a> {
     ) -> [[Lanes; K]; D] {
         let slice = &self.stencil.slices[s];
         let base = self.margin + s * LANES;
-        let own: [Lanes; D] = from_fn(|i| Lanes::load(displacement[i], base));
+        let own: [Lanes; D] = row_of(|i| Lanes::load(displacement[i], base));
         let mut sums = [[Lanes::ZERO; K]; D];
         let weights = self.weights::<K>(slice).chunks_exact(K * LANES);
         let range = slice.entries.0 as usize..slice.entries.1 as usize;
         if slice.runs {
             for (&offset, phi) in self.stencil.offsets[range].iter().zip(weights) {
                 let start = (base as i64 + i64::from(offset)) as usize;
-                let difference = from_fn(|i| Lanes::load(displacement[i], start) - own[i]);
+                let difference = row_of(|i| Lanes::load(displacement[i], start) - own[i]);
                 add_moments::<D, K>(&mut sums, &difference, phi);
             }
         } else {
             for (indices, phi) in self.stencil.indices[range].iter().zip(weights) {
-                let difference =
-                    from_fn(|i| Lanes::gather(&displacement[i][self.margin..], indices) - own[i]);
+                let difference = row_of(|i| Lanes::gather(&displacement[i][self.margin..], indices) - own[i]);
                 add_moments::<D, K>(&mut sums, &difference, phi);
             }
         }
         sums
     }
 
-    /// `scale_a Σ_b (Q_a + Q_b) φ_ab`, the pair sum of Eq. (42) with `Q = P K⁻¹`, `φ_ab = V_b ∇₀W_ab` and `scale = 1/ρ_s`.
+    /// `scale_a Σ_b (Q_a φ_ab − Q_b φ_ba)`. The first `D` basis functions are odd, `φ_ba = −φ_ab`, the others even.
+    ///
+    /// First order: Eq. (42) with `Q = P K⁻¹`, `φ_ab = V_b ∇₀W_ab` and `scale = 1/ρ_s`. Quadratic: `Q = V c M` and `scale = 1/(ρ_s V)`.
     #[inline(always)]
     fn acceleration<const D: usize, const K: usize>(
         &self,
@@ -371,7 +361,7 @@ impl<'a> Pairs<'a> {
     ) -> [Lanes; D] {
         let slice = &self.stencil.slices[s];
         let base = self.margin + s * LANES;
-        let own: [[Lanes; K]; D] = from_fn(|i| from_fn(|k| Lanes::load(conjugate[i][k], base)));
+        let own: [[Lanes; K]; D] = matrix(|i, k| Lanes::load(conjugate[i][k], base));
         let mut sums = [Lanes::ZERO; D];
         let weights = self.weights::<K>(slice).chunks_exact(K * LANES);
         let range = slice.entries.0 as usize..slice.entries.1 as usize;
@@ -381,7 +371,7 @@ impl<'a> Pairs<'a> {
                 for k in 0..K {
                     let w = Lanes::load(phi, k * LANES);
                     for i in 0..D {
-                        sums[i] += (own[i][k] + Lanes::load(conjugate[i][k], start)) * w;
+                        sums[i] += pair_sum::<D>(k, own[i][k], Lanes::load(conjugate[i][k], start)) * w;
                     }
                 }
             }
@@ -391,13 +381,13 @@ impl<'a> Pairs<'a> {
                     let w = Lanes::load(phi, k * LANES);
                     for i in 0..D {
                         let other = Lanes::gather(&conjugate[i][k][self.margin..], indices);
-                        sums[i] += (own[i][k] + other) * w;
+                        sums[i] += pair_sum::<D>(k, own[i][k], other) * w;
                     }
                 }
             }
         }
         let scale = Lanes::load(scale, base);
-        sums.map(|sum| sum * scale)
+        row_of(|i| sums[i] * scale)
     }
 }
 
@@ -413,6 +403,11 @@ fn add_moments<const D: usize, const K: usize>(
             sums[i][k] += difference[i] * w;
         }
     }
+}
+
+#[inline(always)]
+fn pair_sum<const D: usize>(k: usize, own: Lanes, other: Lanes) -> Lanes {
+    if k < D { own + other } else { own - other }
 }
 
 /// Works on all slices, on several threads where there are many, each task with its own part of the output; gives the first

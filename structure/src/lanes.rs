@@ -2,7 +2,6 @@
 //! machine it runs on (chosen at run time by `pulp`, see [`crate::kernels`]). No fused multiply-add is used, so results are the
 //! same to the bit whatever the width of the vectors.
 
-use std::array::from_fn;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 /// Particles worked on together.
@@ -33,7 +32,11 @@ impl Lanes {
 
     #[inline(always)]
     pub fn gather(from: &[f64], indices: &[u32; LANES]) -> Self {
-        Self(from_fn(|l| from[indices[l] as usize]))
+        let mut out = Self::ZERO;
+        for l in 0..LANES {
+            out.0[l] = from[indices[l] as usize];
+        }
+        out
     }
 
     #[inline(always)]
@@ -43,12 +46,20 @@ impl Lanes {
 
     #[inline(always)]
     pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
-        Self(from_fn(|l| f(self.0[l])))
+        let mut out = self;
+        for l in 0..LANES {
+            out.0[l] = f(out.0[l]);
+        }
+        out
     }
 
     #[inline(always)]
     pub fn recip(self) -> Self {
-        Self(from_fn(|l| 1.0 / self.0[l]))
+        let mut out = self;
+        for l in 0..LANES {
+            out.0[l] = 1.0 / out.0[l];
+        }
+        out
     }
 
     /// Whether all are positive; not-a-number is not.
@@ -66,7 +77,11 @@ impl Add for Lanes {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Self(from_fn(|l| self.0[l] + other.0[l]))
+        let mut out = self;
+        for l in 0..LANES {
+            out.0[l] += other.0[l];
+        }
+        out
     }
 }
 
@@ -81,7 +96,11 @@ impl Sub for Lanes {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
-        Self(from_fn(|l| self.0[l] - other.0[l]))
+        let mut out = self;
+        for l in 0..LANES {
+            out.0[l] -= other.0[l];
+        }
+        out
     }
 }
 
@@ -89,7 +108,11 @@ impl Neg for Lanes {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(from_fn(|l| -self.0[l]))
+        let mut out = self;
+        for l in 0..LANES {
+            out.0[l] = -out.0[l];
+        }
+        out
     }
 }
 
@@ -97,7 +120,11 @@ impl Mul for Lanes {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        Self(from_fn(|l| self.0[l] * other.0[l]))
+        let mut out = self;
+        for l in 0..LANES {
+            out.0[l] *= other.0[l];
+        }
+        out
     }
 }
 
@@ -105,42 +132,66 @@ impl Mul<f64> for Lanes {
     type Output = Self;
     #[inline(always)]
     fn mul(self, factor: f64) -> Self {
-        Self(from_fn(|l| self.0[l] * factor))
+        let mut out = self;
+        for l in 0..LANES {
+            out.0[l] *= factor;
+        }
+        out
     }
+}
+
+/// A vector of lanes by its components. (Library functions over arrays are not inlined into code for other instruction sets.)
+#[inline(always)]
+pub(crate) fn row<const N: usize>(entry: impl Fn(usize) -> Lanes) -> [Lanes; N] {
+    let mut out = [Lanes::ZERO; N];
+    for i in 0..N {
+        out[i] = entry(i);
+    }
+    out
+}
+
+/// A matrix of lanes by its entries.
+#[inline(always)]
+pub(crate) fn matrix<const N: usize, const M: usize>(
+    entry: impl Fn(usize, usize) -> Lanes,
+) -> [[Lanes; M]; N] {
+    let mut out = [[Lanes::ZERO; M]; N];
+    for i in 0..N {
+        for j in 0..M {
+            out[i][j] = entry(i, j);
+        }
+    }
+    out
 }
 
 /// `a b`.
 #[inline(always)]
 pub(crate) fn product<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> Tensor<D> {
-    from_fn(|i| {
-        from_fn(|j| {
-            let mut sum = a[i][0] * b[0][j];
-            for k in 1..D {
-                sum += a[i][k] * b[k][j];
-            }
-            sum
-        })
+    matrix(|i, j| {
+        let mut sum = a[i][0] * b[0][j];
+        for k in 1..D {
+            sum += a[i][k] * b[k][j];
+        }
+        sum
     })
 }
 
 /// `aᵀ b`.
 #[inline(always)]
 pub(crate) fn transposed_product<const D: usize>(a: &Tensor<D>, b: &Tensor<D>) -> Tensor<D> {
-    from_fn(|i| {
-        from_fn(|j| {
-            let mut sum = a[0][i] * b[0][j];
-            for k in 1..D {
-                sum += a[k][i] * b[k][j];
-            }
-            sum
-        })
+    matrix(|i, j| {
+        let mut sum = a[0][i] * b[0][j];
+        for k in 1..D {
+            sum += a[k][i] * b[k][j];
+        }
+        sum
     })
 }
 
 /// `I + l`.
 #[inline(always)]
 pub(crate) fn plus_identity<const D: usize>(l: &Tensor<D>) -> Tensor<D> {
-    from_fn(|i| from_fn(|j| if i == j { l[i][j] + Lanes::splat(1.0) } else { l[i][j] }))
+    matrix(|i, j| if i == j { l[i][j] + Lanes::splat(1.0) } else { l[i][j] })
 }
 
 /// Sum of the diagonal.
@@ -157,18 +208,14 @@ pub(crate) fn trace<const D: usize>(a: &Tensor<D>) -> Lanes {
 #[inline(always)]
 pub(crate) fn cofactor<const D: usize>(a: &Tensor<D>) -> (Tensor<D>, Lanes) {
     let cofactor: Tensor<D> = if D == 2 {
-        from_fn(|i| {
-            from_fn(|j| {
-                let value = a[1 - i][1 - j];
-                if i == j { value } else { -value }
-            })
+        matrix(|i, j| {
+            let value = a[1 - i][1 - j];
+            if i == j { value } else { -value }
         })
     } else {
-        from_fn(|i| {
-            from_fn(|j| {
-                let (i1, i2, j1, j2) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
-                a[i1][j1] * a[i2][j2] - a[i1][j2] * a[i2][j1]
-            })
+        matrix(|i, j| {
+            let (i1, i2, j1, j2) = ((i + 1) % D, (i + 2) % D, (j + 1) % D, (j + 2) % D);
+            a[i1][j1] * a[i2][j2] - a[i1][j2] * a[i2][j1]
         })
     };
     let mut determinant = a[0][0] * cofactor[0][0];
@@ -182,7 +229,7 @@ pub(crate) fn cofactor<const D: usize>(a: &Tensor<D>) -> (Tensor<D>, Lanes) {
 #[inline(always)]
 pub(crate) fn green_lagrange<const D: usize>(l: &Tensor<D>) -> Tensor<D> {
     let square = transposed_product(l, l);
-    from_fn(|i| from_fn(|j| (l[i][j] + l[j][i] + square[i][j]) * 0.5))
+    matrix(|i, j| (l[i][j] + l[j][i] + square[i][j]) * 0.5)
 }
 
 #[cfg(test)]

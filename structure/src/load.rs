@@ -1,5 +1,6 @@
 //! Loads: what the fluid gives, and dead loads with their history.
 
+use crate::MaterialPoint;
 use sph::Vector;
 
 /// Pressure gradient `∇p_s` (Pa/m) at the interface particles over one window, in the order of
@@ -66,6 +67,13 @@ pub struct DeadLoad<const D: usize> {
     pub force: Vector<D>,
     /// Its factor over time.
     pub history: History,
+}
+
+impl<const D: usize> DeadLoad<D> {
+    /// A force (N) at a point of the material, or spread evenly over a face.
+    pub fn at(point: &MaterialPoint<D>, force: Vector<D>, history: History) -> Self {
+        Self { particles: point.weights.clone(), force, history }
+    }
 }
 
 #[cfg(test)]

@@ -83,7 +83,7 @@ impl Elasticity {
     #[inline(always)]
     pub fn hooke<const D: usize>(&self, strain: &Tensor<D>) -> Tensor<D> {
         let mean = crate::lanes::trace(strain) * self.in_plane_lambda;
-        let mut stress = strain.map(|row| row.map(|e| e * (2.0 * self.mu)));
+        let mut stress: Tensor<D> = crate::lanes::matrix(|i, j| strain[i][j] * (2.0 * self.mu));
         for i in 0..D {
             stress[i][i] += mean;
         }

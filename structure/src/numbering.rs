@@ -31,7 +31,7 @@ impl Numbering {
                 numbering.internal_of[first_user + i] = numbering.user_of.len() as u32;
                 numbering.user_of.push((first_user + i) as u32);
             }
-            while numbering.user_of.len() % LANES != 0 {
+            while !numbering.user_of.len().is_multiple_of(LANES) {
                 numbering.user_of.push(NOBODY);
             }
             numbering.slices.push(first_slice..numbering.user_of.len() / LANES);

@@ -35,6 +35,32 @@ impl<const D: usize> MaterialPoint<D> {
         Some(Self { reference: at, weights })
     }
 
+    /// The box face between two opposite corners (m), which share one coordinate: the mean over `samples` points along each of its axes. As
+    /// a load it is a uniform traction.
+    pub fn over_face(
+        low: Vector<D>,
+        high: Vector<D>,
+        samples: usize,
+        positions: &[Vector<D>],
+        spacing: f64,
+    ) -> Option<Self> {
+        let axes: Vec<usize> = (0..D).filter(|&i| high[i] > low[i]).collect();
+        let count = samples.pow(axes.len() as u32);
+        let mut weights = std::collections::BTreeMap::new();
+        for mut n in 0..count {
+            let mut at = low;
+            for &axis in &axes {
+                let fraction = ((n % samples) as f64 + 0.5) / samples as f64;
+                at[axis] += fraction * (high[axis] - low[axis]);
+                n /= samples;
+            }
+            for (i, w) in Self::new(at, positions, spacing)?.weights {
+                *weights.entry(i).or_insert(0.0) += w / count as f64;
+            }
+        }
+        Some(Self { reference: (low + high) * 0.5, weights: weights.into_iter().collect() })
+    }
+
     /// The value at the point of a field given at the particles.
     pub fn value(&self, field: &[Vector<D>]) -> Vector<D> {
         self.weights.iter().fold(Vector::zeros(), |sum, &(i, w)| sum + field[i] * w)

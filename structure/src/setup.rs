@@ -12,13 +12,16 @@ pub enum Gradient {
     /// The paper's kernel gradient corrected to first order, Eqs. (35), (36), (42).
     #[default]
     FirstOrder,
+    /// Quadratic gradient and Hessian with a strain-gradient energy: right in bending from three particles through the thickness on.
+    Quadratic,
 }
 
 impl Gradient {
-    /// Smoothing length over spacing where none is given: the paper's.
+    /// Smoothing length over spacing where none is given: the paper's 1.2; 1.0 for the quadratic gradient.
     pub fn default_smoothing_ratio(self) -> f64 {
         match self {
             Self::FirstOrder => 1.2,
+            Self::Quadratic => 1.0,
         }
     }
 }
@@ -68,15 +71,8 @@ impl<const D: usize> Body<D> {
     /// The first-order gradient wants as many rows as its support is wide, see [`Body::rows_for_clamp`].
     #[must_use]
     pub fn with_fixed_rows(mut self, axis: usize, side: Side, rows: usize) -> Self {
-        let edge = self.positions.iter().map(|p| p[axis]);
-        let face = match side {
-            Side::Low => edge.fold(f64::INFINITY, f64::min),
-            Side::High => edge.fold(f64::NEG_INFINITY, f64::max),
-        };
         let outward = if side == Side::Low { -self.cell[axis] } else { self.cell[axis] };
-        let at_face: Vec<usize> = (0..self.positions.len())
-            .filter(|&i| (self.positions[i][axis] - face).abs() < 0.25 * self.cell[axis])
-            .collect();
+        let at_face = self.particles_at_face(axis, side);
         for row in 1..=rows {
             for &i in &at_face {
                 let mut position = self.positions[i];
@@ -87,6 +83,44 @@ impl<const D: usize> Body<D> {
             }
         }
         self
+    }
+
+    /// Clamps the face of a box: adds fixed nodes without volume or mass on the face itself, one before each particle of the row
+    /// at the face. For the quadratic gradient, which sees them as neighbours only; the clamp is then where the face is.
+    #[must_use]
+    pub fn with_fixed_face(mut self, axis: usize, side: Side) -> Self {
+        let outward = if side == Side::Low { -0.5 } else { 0.5 } * self.cell[axis];
+        for i in self.particles_at_face(axis, side) {
+            let mut position = self.positions[i];
+            position[axis] += outward;
+            self.positions.push(position);
+            self.volumes.push(0.0);
+            self.clamped.push(true);
+        }
+        self
+    }
+
+    /// Clamps the face of a box as the gradient wants it: on the face for the quadratic one, by fixed rows beyond it for the first-order one.
+    #[must_use]
+    pub fn clamp(self, axis: usize, side: Side, gradient: Gradient, smoothing_ratio: f64) -> Self {
+        match gradient {
+            Gradient::FirstOrder => {
+                let rows = Self::rows_for_clamp(smoothing_ratio);
+                self.with_fixed_rows(axis, side, rows)
+            }
+            Gradient::Quadratic => self.with_fixed_face(axis, side),
+        }
+    }
+
+    /// The outermost particles of a box on one side, clamped ones left out.
+    pub fn particles_at_face(&self, axis: usize, side: Side) -> Vec<usize> {
+        let free = || (0..self.positions.len()).filter(|&i| !self.clamped[i]);
+        let coordinates = free().map(|i| self.positions[i][axis]);
+        let face = match side {
+            Side::Low => coordinates.fold(f64::INFINITY, f64::min),
+            Side::High => coordinates.fold(f64::NEG_INFINITY, f64::max),
+        };
+        free().filter(|&i| (self.positions[i][axis] - face).abs() < 0.25 * self.cell[axis]).collect()
     }
 
     /// Rows of fixed particles as deep as the support of a kernel with this ratio of smoothing length to spacing.

@@ -26,7 +26,7 @@ impl<const D: usize> Structure<D> {
 
     /// The largest angular frequency `ω_max` (rad/s) of the linearised structure at rest.
     pub(crate) fn stable_time_step_at_rest(&mut self) -> f64 {
-        let spacing = self.setup.bodies.iter().map(|b| b.spacing()).fold(f64::INFINITY, f64::min);
+        let spacing = self.setup.bodies.iter().map(crate::Body::spacing).fold(f64::INFINITY, f64::min);
         let omega = self.largest_frequency(PROBE * spacing);
         let step = SAFETY * RUNGE_KUTTA_LIMIT / omega;
         if self.setup.damping > 0.0 { step.min(SAFETY * 2.78 / self.setup.damping) } else { step }
@@ -117,4 +117,48 @@ fn rough_start(count: usize) -> Vec<f64> {
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     sph::parallel::sum(a.len(), |i| a[i] * b[i])
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Body, Gradient, Law, Load, Material, Plane, Setup, Side, Structure};
+    use sph::Vector;
+
+    fn grows(gradient: Gradient, factor: f64) -> bool {
+        let material = Material {
+            law: Law::StVenantKirchhoff,
+            plane: Plane::Strain,
+            youngs_modulus: 1e6,
+            poissons_ratio: 0.3,
+        };
+        let ratio = gradient.default_smoothing_ratio();
+        let body = Body::block(Vector::from([0.0, 0.0]), Vector::from([1.2, 0.4]), 0.1, material, 1000.0)
+            .clamp(0, Side::Low, gradient, ratio);
+        let mut setup = Setup::new(vec![body]);
+        setup.gradient = gradient;
+        let mut structure = Structure::new(setup).unwrap();
+        let step = factor * structure.stable_time_step;
+        structure.stable_time_step = f64::INFINITY;
+        let mut from = structure.state_at_rest(0.0);
+        // Rough velocities, so small that all stays linear.
+        let rough = super::rough_start(2 * structure.len());
+        for i in 0..structure.len() {
+            from.velocities[i] = Vector::from([rough[2 * i], rough[2 * i + 1]]) * 1e-6;
+        }
+        structure.evaluate_energy(&mut from).unwrap();
+        let mut to = from.clone();
+        // Beyond the limit by 1.17 the amplification a step is about 2, so 400 steps overflow all bounds.
+        match structure.advance(&from, &mut to, 400.0 * step, 400, &Load::None) {
+            Ok(_) => to.energy.balance() > from.energy.balance() * (1.0 + 1e-12),
+            Err(_) => true,
+        }
+    }
+
+    #[test]
+    fn the_stable_step_is_stable_and_a_third_more_is_not() {
+        for gradient in [Gradient::FirstOrder, Gradient::Quadratic] {
+            assert!(!grows(gradient, 1.0), "{gradient:?}");
+            assert!(grows(gradient, 1.3), "{gradient:?}");
+        }
+    }
 }

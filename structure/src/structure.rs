@@ -2,6 +2,7 @@
 
 use crate::field::Field;
 use crate::gradient::first_order::FirstOrder;
+use crate::gradient::quadratic::Quadratic;
 use crate::kernels::{self, BodyPass, Fields, row};
 use crate::lanes::{LANES, Lanes, plus_identity};
 use crate::material::{ConstitutiveLaw, with_law};
@@ -56,6 +57,7 @@ impl<const D: usize> Structure<D> {
         for (user, internal) in numbering.pairs().filter(|&(user, _)| !clamped[user]) {
             let scale = match setup.gradient {
                 Gradient::FirstOrder => 1.0 / densities[user],
+                Gradient::Quadratic => 1.0 / masses[user],
             };
             fields.scale.set(0, internal, scale);
         }
@@ -156,46 +158,52 @@ impl<const D: usize> Structure<D> {
         out.von_mises.resize(count, 0.0);
         out.strain_energy_density.resize(count, 0.0);
         out.deformation_gradient.resize(count, Matrix::zeros());
-        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l| {
-            let pass = body_of(&self.passes, s);
-            let e = &pass.elasticity;
-            let (response, energy, out_of_plane) =
-                with_law!(pass.law, L => (L::respond(e, l), L::energy(e, l), L::out_of_plane(e, l)));
-            let f = plus_identity(l);
-            for lane in 0..LANES {
-                let user = self.numbering.user_of[s * LANES + lane];
-                if user == NOBODY {
-                    continue;
+        kernels::visit_gradients::<D>(
+            self.setup.gradient,
+            &self.stencil,
+            &self.fields,
+            |s, l, gradient_energy| {
+                let pass = body_of(&self.passes, s);
+                let e = &pass.elasticity;
+                let (response, energy, out_of_plane) =
+                    with_law!(pass.law, L => (L::respond(e, l), L::energy(e, l), L::out_of_plane(e, l)));
+                let f = plus_identity(l);
+                for lane in 0..LANES {
+                    let user = self.numbering.user_of[s * LANES + lane];
+                    if user == NOBODY {
+                        continue;
+                    }
+                    let user = user as usize;
+                    let f: Matrix<D> = Matrix::from_fn(|i, j| f[i][j].0[lane]);
+                    let p: Matrix<D> = Matrix::from_fn(|i, j| response.first_piola[i][j].0[lane]);
+                    let sigma = p * f.transpose() / response.jacobian.0[lane];
+                    out.deformation_gradient[user] = f;
+                    out.cauchy_stress[user] = sigma;
+                    out.strain_energy_density[user] = energy.0[lane] + gradient_energy.0[lane];
+                    out.von_mises[user] = von_mises(&sigma, out_of_plane.0[lane]);
                 }
-                let user = user as usize;
-                let f: Matrix<D> = Matrix::from_fn(|i, j| f[i][j].0[lane]);
-                let p: Matrix<D> = Matrix::from_fn(|i, j| response.first_piola[i][j].0[lane]);
-                let sigma = p * f.transpose() / response.jacobian.0[lane];
-                out.deformation_gradient[user] = f;
-                out.cauchy_stress[user] = sigma;
-                out.strain_energy_density[user] = energy.0[lane];
-                out.von_mises[user] = von_mises(&sigma, out_of_plane.0[lane]);
-            }
-        });
+            },
+        );
         Ok(())
     }
 
     /// The force (N) the clamps put on the structure in a state: what holds the internal forces of the free particles in balance.
     pub fn clamp_reaction(&mut self, state: &State<D>) -> Result<Vector<D>, Error> {
+        // The pair forces cancel over all particles, so those on the fixed ones are minus those on the free ones.
+        let accelerations = self.internal_accelerations(state)?;
+        Ok((0..self.len()).fold(Vector::zeros(), |sum, i| sum + accelerations[i] * self.masses[i]))
+    }
+
+    /// Accelerations (m/s²) of the internal forces, Eq. (42) without the external term; zero for fixed particles.
+    pub fn internal_accelerations(&mut self, state: &State<D>) -> Result<Vec<Vector<D>>, Error> {
         self.load_state(state)?;
         if let Some(slice) = self.stresses() {
             return Err(self.inversion(slice, state.time));
         }
-        let mut acceleration = Field::new(D, self.stencil.margin, self.numbering.count());
-        kernels::acceleration_pass(D, self.setup.gradient, &self.stencil, &self.fields, &mut acceleration);
-        // The pair forces cancel over all particles, so those on the fixed ones are minus those on the free ones.
-        Ok(self
-            .numbering
-            .pairs()
-            .filter(|&(user, _)| !self.clamped[user])
-            .fold(Vector::zeros(), |sum, (user, internal)| {
-                sum + acceleration.vector::<D>(internal) * self.masses[user]
-            }))
+        let mut field = Field::new(D, self.stencil.margin, self.numbering.count());
+        kernels::acceleration_pass(D, self.setup.gradient, &self.stencil, &self.fields, &mut field);
+        let internal_of = self.numbering.internal_of.iter();
+        Ok(internal_of.map(|&internal| field.vector::<D>(internal as usize)).collect())
     }
 
     /// Momentum (kg m/s) of the free particles.
@@ -262,7 +270,7 @@ impl<const D: usize> Structure<D> {
     /// The error for a slice in which `J` is not positive.
     pub(crate) fn inversion(&self, slice: usize, time: f64) -> Error {
         let mut found = None;
-        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l| {
+        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l, _| {
             if s == slice {
                 let jacobian = crate::lanes::cofactor(&plus_identity(l)).1;
                 found = (0..LANES)
@@ -300,16 +308,22 @@ impl<const D: usize> Structure<D> {
 
     fn strain_energy(&self) -> f64 {
         let mut by_slice = vec![0.0; self.stencil.slices.len()];
-        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l| {
-            let pass = body_of(&self.passes, s);
-            let density: Lanes = with_law!(pass.law, L => L::energy(&pass.elasticity, l));
-            for lane in 0..LANES {
-                let user = self.numbering.user_of[s * LANES + lane];
-                if user != NOBODY {
-                    by_slice[s] += density.0[lane] * self.volumes[user as usize];
+        kernels::visit_gradients::<D>(
+            self.setup.gradient,
+            &self.stencil,
+            &self.fields,
+            |s, l, gradient_energy| {
+                let pass = body_of(&self.passes, s);
+                let density: Lanes =
+                    with_law!(pass.law, L => L::energy(&pass.elasticity, l)) + gradient_energy;
+                for lane in 0..LANES {
+                    let user = self.numbering.user_of[s * LANES + lane];
+                    if user != NOBODY {
+                        by_slice[s] += density.0[lane] * self.volumes[user as usize];
+                    }
                 }
-            }
-        });
+            },
+        );
         by_slice.iter().sum()
     }
 }
@@ -361,6 +375,9 @@ fn build_stencil<const D: usize>(setup: &Setup<D>, numbering: &Numbering) -> Res
         let pushed = match setup.gradient {
             Gradient::FirstOrder => {
                 stencil.push(slices.clone(), &rows, &FirstOrder::new(body, ratio, first, &members))
+            }
+            Gradient::Quadratic => {
+                stencil.push(slices.clone(), &rows, &Quadratic::new(body, ratio, first, &members))
             }
         };
         pushed.map_err(|internal| SetupError {

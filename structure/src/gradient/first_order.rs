@@ -3,6 +3,8 @@
 //! Weights of a pair: `V_b ∇₀W_ab` with `∇₀W_ab = W′(r)/r (X_a − X_b)`. Constants of a particle: `K_a⁻¹` (upper triangle, row by
 //! row), and `Σ_b V_b ∇₀W_ab`.
 
+use crate::lanes::{LANES, Lanes, Tensor, matrix, product};
+use crate::material::{ConstitutiveLaw, Elasticity};
 use crate::setup::Body;
 use crate::stencil::PairOperator;
 use sph::kernel::CubicSpline;
@@ -88,4 +90,35 @@ impl<const D: usize> PairOperator for FirstOrder<'_, D> {
         out.push(self.body.volumes[b] / self.mean_volume);
         out.extend(((self.body.positions[b] - self.body.positions[a]) / spacing).iter());
     }
+}
+
+/// Conjugates `Q = P K⁻¹` of the moments, so that the pair sum of Eq. (42) needs no matrix, and `J`.
+#[inline(always)]
+pub(crate) fn respond<const D: usize, const K: usize, L: ConstitutiveLaw>(
+    elasticity: &Elasticity,
+    moments: &[[Lanes; K]; D],
+    constants: &[f64],
+) -> ([[Lanes; K]; D], Lanes) {
+    let response = L::respond::<D>(elasticity, &displacement_gradient::<D, K>(moments, constants));
+    let q = product(&response.first_piola, &inverse_moment::<D>(constants));
+    // K equals D here; the compiler knows it only after instantiation.
+    (matrix(|i, k| q[i][k]), response.jacobian)
+}
+
+/// The displacement gradient `L = A K⁻¹`, Eq. (41), from the moments `A = Σ_b (U_b − U_a) ⊗ V_b ∇₀W_ab`.
+#[inline(always)]
+pub(crate) fn displacement_gradient<const D: usize, const K: usize>(
+    moments: &[[Lanes; K]; D],
+    constants: &[f64],
+) -> Tensor<D> {
+    product(&matrix(|i, j| moments[i][j]), &inverse_moment::<D>(constants))
+}
+
+/// `K⁻¹` from the upper triangle that the constants begin with.
+#[inline(always)]
+fn inverse_moment<const D: usize>(constants: &[f64]) -> Tensor<D> {
+    matrix(|i, j| {
+        let (r, c) = (i.min(j), i.max(j));
+        Lanes::load(constants, (r * D - r * (r + 1) / 2 + c) * LANES)
+    })
 }

@@ -1,7 +1,9 @@
 //! The paper's law: Hooke's law between Cauchy stress and Almansi strain.
 
 use super::{ConstitutiveLaw, Elasticity, Response};
-use crate::lanes::{Lanes, Tensor, cofactor, green_lagrange, plus_identity, product, transposed_product};
+use crate::lanes::{
+    Lanes, Tensor, cofactor, green_lagrange, matrix, plus_identity, product, transposed_product,
+};
 
 /// `σ = λ tr(ε) I + 2 μ ε` with the Almansi strain `ε = F⁻ᵀ E F⁻¹`, Eqs. (37)–(41), and `P = J σ F⁻ᵀ`, Eq. (34)
 /// (the paper prints `F⁻¹` there, and `F⁻ᵀ E Eᵀ` in Eq. (39), which do not transform as these tensors must).
@@ -14,17 +16,15 @@ pub(crate) struct AlmansiHooke;
 fn kinematics<const D: usize>(l: &Tensor<D>) -> (Tensor<D>, Lanes, Tensor<D>) {
     let (cofactor, jacobian) = cofactor(&plus_identity(l));
     let scale = jacobian.recip();
-    let inverse_transposed = cofactor.map(|row| row.map(|c| c * scale));
+    let inverse_transposed = matrix(|i, j| cofactor[i][j] * scale);
     let half = product(&inverse_transposed, &green_lagrange(l));
     // F⁻ᵀ E F⁻¹ = (F⁻ᵀ E) (F⁻ᵀ)ᵀ
-    let strain = std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            let mut sum = half[i][0] * inverse_transposed[j][0];
-            for k in 1..D {
-                sum += half[i][k] * inverse_transposed[j][k];
-            }
-            sum
-        })
+    let strain = matrix(|i, j| {
+        let mut sum = half[i][0] * inverse_transposed[j][0];
+        for k in 1..D {
+            sum += half[i][k] * inverse_transposed[j][k];
+        }
+        sum
     });
     (cofactor, jacobian, strain)
 }

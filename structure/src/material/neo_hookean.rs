@@ -1,7 +1,7 @@
 //! Compressible neo-Hookean material.
 
 use super::{ConstitutiveLaw, Elasticity, Response};
-use crate::lanes::{Lanes, Tensor, cofactor, plus_identity, trace, transposed_product};
+use crate::lanes::{Lanes, Tensor, cofactor, matrix, plus_identity, trace, transposed_product};
 
 /// `ψ = μ/2 (tr C − 3 − 2 ln J) + λ/2 (ln J)²`, `P = μ (F − F⁻ᵀ) + λ ln J F⁻ᵀ` (Bonet and Wood 2008, Eq. (6.28)).
 ///
@@ -41,9 +41,7 @@ impl ConstitutiveLaw for NeoHookean {
         let (cofactor, jacobian) = cofactor(&f);
         let log = (jacobian * thickness_stretch(elasticity, jacobian)).map(f64::ln);
         let coefficient = (log * elasticity.lambda - Lanes::splat(elasticity.mu)) * jacobian.recip();
-        let first_piola = std::array::from_fn(|i| {
-            std::array::from_fn(|j| f[i][j] * elasticity.mu + cofactor[i][j] * coefficient)
-        });
+        let first_piola = matrix(|i, j| f[i][j] * elasticity.mu + cofactor[i][j] * coefficient);
         Response { first_piola, jacobian }
     }
 

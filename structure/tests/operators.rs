@@ -1,0 +1,213 @@
+//! Properties of the discrete operators: the paper's Eq. (42) term by term, patch tests, forces as gradients of the energy, momenta.
+
+use sph::kernel::CubicSpline;
+use sph::{Matrix, Vector, tensor};
+use structure::{Body, Derived, Gradient, Law, Material, Plane, Setup, State, Structure};
+
+const GRADIENTS: [Gradient; 2] = [Gradient::FirstOrder, Gradient::Quadratic];
+
+fn material(law: Law) -> Material {
+    Material { law, plane: Plane::Strain, youngs_modulus: 3.0, poissons_ratio: 0.3 }
+}
+
+/// Numbers in −1..1, the same at every run.
+fn noise(count: usize) -> Vec<f64> {
+    let mut seed = 77u64;
+    (0..count)
+        .map(|_| {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 33) as f64 / (1u64 << 30) as f64 - 1.0
+        })
+        .collect()
+}
+
+/// A free box four cells thick, its particles displaced by a fraction of the spacing.
+fn jittered<const D: usize>(fraction: f64, law: Law) -> Body<D> {
+    let high = Vector::from_fn(|i, _| if i == 0 { 0.9 } else { 0.4 });
+    let mut body = Body::block(Vector::zeros(), high, 0.1, material(law), 2.0);
+    let shifts = noise(body.positions.len() * D);
+    for (n, p) in body.positions.iter_mut().enumerate() {
+        for i in 0..D {
+            p[i] += fraction * 0.1 * shifts[n * D + i];
+        }
+    }
+    body
+}
+
+fn structure<const D: usize>(body: Body<D>, gradient: Gradient) -> Structure<D> {
+    let mut setup = Setup::new(vec![body]);
+    setup.gradient = gradient;
+    Structure::new(setup).unwrap()
+}
+
+/// A smooth, large deformation: bending, shear and stretch.
+fn deform<const D: usize>(state: &mut State<D>, amount: f64) {
+    for p in &mut state.positions {
+        let x = *p;
+        p[0] += amount * (0.3 * x[0] * x[1] + 0.2 * x[1]);
+        p[1] += amount * (0.4 * x[0] * x[0] - 0.1 * x[1]);
+        if D == 3 {
+            p[D - 1] += amount * 0.3 * x[0] * x[1];
+        }
+    }
+}
+
+/// Eq. (42) by plain loops over all pairs.
+fn accelerations_by_definition<const D: usize>(
+    body: &Body<D>,
+    x: &[Vector<D>],
+    ratio: f64,
+) -> Vec<Vector<D>> {
+    let count = x.len();
+    let kernel = CubicSpline::<D>::new(ratio * body.spacing());
+    let (big_x, v) = (&body.positions, &body.volumes);
+    let grad = |a: usize, b: usize| kernel.gradient(&(big_x[a] - big_x[b]));
+    let (e, nu) = (body.material.youngs_modulus, body.material.poissons_ratio);
+    let (lambda, mu) = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
+    let mut p_k = Vec::new();
+    for a in 0..count {
+        let mut k = Matrix::<D>::zeros();
+        let mut m = Matrix::<D>::zeros();
+        for b in 0..count {
+            k += tensor::outer(&(big_x[b] - big_x[a]), &grad(a, b)) * v[b];
+            m += tensor::outer(&(x[b] - x[a]), &grad(a, b)) * v[b];
+        }
+        let k_inverse = tensor::inverse(&k).unwrap();
+        let f = m * k_inverse;
+        let f_inverse = tensor::inverse(&f).unwrap();
+        let strain = (Matrix::identity() - f_inverse.transpose() * f_inverse) * 0.5;
+        let sigma = Matrix::identity() * (lambda * strain.trace()) + strain * (2.0 * mu);
+        p_k.push(sigma * f_inverse.transpose() * tensor::determinant(&f) * k_inverse);
+    }
+    (0..count)
+        .map(|a| {
+            (0..count).fold(Vector::zeros(), |sum, b| sum + (p_k[a] + p_k[b]) * grad(a, b) * v[b])
+                / body.density
+        })
+        .collect()
+}
+
+fn first_order_is_the_papers<const D: usize>(fraction: f64) {
+    let body = jittered::<D>(fraction, Law::AlmansiHooke);
+    let mut structure = structure(body.clone(), Gradient::FirstOrder);
+    let mut state = structure.state_at_rest(0.0);
+    deform(&mut state, 0.5);
+    let expected = accelerations_by_definition(&body, &state.positions, 1.2);
+    let scale = expected.iter().map(Vector::norm).fold(0.0, f64::max);
+    let found = structure.internal_accelerations(&state).unwrap();
+    for (n, (a, b)) in found.iter().zip(&expected).enumerate() {
+        // Round-off of about 20 (2-D) to 60 (3-D) terms that nearly cancel.
+        assert!((a - b).norm() < 1e-12 * scale, "particle {n}: {a} {b}");
+    }
+}
+
+#[test]
+fn first_order_accelerations_are_equation_42_on_lattices_and_scattered_sets() {
+    first_order_is_the_papers::<2>(0.0);
+    first_order_is_the_papers::<2>(0.2);
+    first_order_is_the_papers::<3>(0.1);
+}
+
+fn passes_the_patch_test<const D: usize>(gradient: Gradient, fraction: f64) {
+    let mut structure = structure(jittered::<D>(fraction, Law::StVenantKirchhoff), gradient);
+    let map = Matrix::<D>::from_fn(|i, j| if i == j { 1.2 } else { 0.1 * (i as f64 - 0.4 * j as f64) });
+    let mut state = structure.state_at_rest(0.0);
+    state.positions.iter_mut().for_each(|p| *p = map * *p + Vector::repeat(3.0));
+    let mut derived = Derived::default();
+    structure.derive(&state, &mut derived).unwrap();
+    for f in &derived.deformation_gradient {
+        // Conditioning of the local fits times round-off of coordinates near 3 over spacings of 0.1.
+        assert!((f - map).norm() < 1e-12, "{gradient:?} {f}");
+    }
+    let energy = derived.strain_energy_density[0];
+    assert!(derived.strain_energy_density.iter().all(|e| (e / energy - 1.0).abs() < 1e-12));
+}
+
+#[test]
+fn linear_fields_are_exact() {
+    for gradient in GRADIENTS {
+        passes_the_patch_test::<2>(gradient, 0.0);
+        passes_the_patch_test::<2>(gradient, 0.2);
+        passes_the_patch_test::<3>(gradient, 0.1);
+    }
+}
+
+fn force_is_the_energys_gradient<const D: usize>(gradient: Gradient, fraction: f64) {
+    let mut structure = structure(jittered::<D>(fraction, Law::StVenantKirchhoff), gradient);
+    let mut state = structure.state_at_rest(0.0);
+    deform(&mut state, 0.5);
+    let found = structure.internal_accelerations(&state).unwrap();
+    let scale = found.iter().map(Vector::norm).fold(0.0, f64::max);
+    let step = 1e-6;
+    for particle in (0..structure.len()).step_by(7) {
+        for i in 0..D {
+            let mut energy = |sign: f64| {
+                let mut moved = state.clone();
+                moved.positions[particle][i] += sign * step;
+                structure.evaluate_energy(&mut moved).unwrap();
+                moved.energy.strain
+            };
+            let force = -(energy(1.0) - energy(-1.0)) / (2.0 * step);
+            let acceleration = force / structure.masses()[particle];
+            // Central differences: rounding of the total energy over the step, 1e-16/1e-6 on energies of some 1e3 local ones.
+            assert!(
+                (acceleration - found[particle][i]).abs() < 1e-6 * scale,
+                "{gradient:?} {particle} {i}: {acceleration} {}",
+                found[particle][i]
+            );
+        }
+    }
+}
+
+#[test]
+fn forces_are_minus_the_gradient_of_the_energy() {
+    for gradient in GRADIENTS {
+        force_is_the_energys_gradient::<2>(gradient, 0.0);
+        force_is_the_energys_gradient::<2>(gradient, 0.2);
+        force_is_the_energys_gradient::<3>(gradient, 0.1);
+    }
+}
+
+fn keeps_momenta<const D: usize>(gradient: Gradient, law: Law) {
+    let mut structure = structure(jittered::<D>(0.15, law), gradient);
+    let mut state = structure.state_at_rest(0.0);
+    deform(&mut state, 0.5);
+    let accelerations = structure.internal_accelerations(&state).unwrap();
+    let masses = structure.masses();
+    let forces: Vec<Vector<D>> = accelerations.iter().zip(masses).map(|(a, m)| a * *m).collect();
+    let total: f64 = forces.iter().map(Vector::norm).sum();
+    let sum = forces.iter().fold(Vector::<D>::zeros(), |s, f| s + f);
+    // Round-off of sums over all pairs.
+    assert!(sum.norm() < 1e-13 * total, "{gradient:?} {sum}");
+    for (i, j) in [(0, 1), (0, D - 1), (1, D - 1)] {
+        let moment: f64 = forces.iter().zip(&state.positions).map(|(f, x)| x[i] * f[j] - x[j] * f[i]).sum();
+        assert!(moment.abs() < 1e-13 * total, "{gradient:?} {law:?} {moment} of {total}");
+    }
+}
+
+#[test]
+fn momentum_and_angular_momentum_are_kept_to_round_off() {
+    for gradient in GRADIENTS {
+        for law in [Law::AlmansiHooke, Law::StVenantKirchhoff, Law::NeoHookean] {
+            keeps_momenta::<2>(gradient, law);
+            keeps_momenta::<3>(gradient, law);
+        }
+    }
+}
+
+#[test]
+fn a_rigid_rotation_gives_no_stress() {
+    for gradient in GRADIENTS {
+        for law in [Law::AlmansiHooke, Law::StVenantKirchhoff, Law::NeoHookean] {
+            let mut structure = structure(jittered::<2>(0.15, law), gradient);
+            let (s, c) = 2.0_f64.sin_cos();
+            let rotation = Matrix::<2>::new(c, -s, s, c);
+            let mut state = structure.state_at_rest(0.0);
+            state.positions.iter_mut().for_each(|p| *p = rotation * *p);
+            let mut derived = Derived::default();
+            structure.derive(&state, &mut derived).unwrap();
+            // Round-off of F times the stiffness, about 4.
+            assert!(derived.von_mises.iter().all(|v| *v < 1e-12), "{gradient:?} {law:?}");
+        }
+    }
+}
