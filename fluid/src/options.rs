@@ -154,7 +154,7 @@ impl Default for Options {
             interface_shifting: false,
             taylor_correction: false,
             viscous_operator: ViscousOperator::Morris,
-            smagorinsky: 0.0,
+            smagorinsky: 0.1,
             approach_viscosity: 0.02,
             no_slip_walls: false,
             no_slip_structure: false,

@@ -2,11 +2,11 @@
 
 use super::failed;
 use crate::{
-    FluidProperties, Load, Options, Scheme, Side, State, StructureVelocity, ViscousOperator, WallPart,
-    WallShape, Walls,
+    FluidProperties, Load, Options, Preconditioner, ShiftingLaw, Side, State, StructureVelocity,
+    ViscousOperator, WallPart, WallShape, Walls,
 };
 use interfaces::ParticipantError;
-use interfaces::case::numerics::{FluidScheme, ViscosityOperator};
+use interfaces::case::numerics::{self, FluidNumerics, FluidScheme, Shifting, ViscosityOperator};
 use interfaces::case::resolved::{self, LoadForm, Region, Slip, StructureVelocity as Velocity};
 use interfaces::case::{AxisBox, Case, geometry};
 use sph::Vector;
@@ -72,36 +72,64 @@ fn wall_part<const D: usize>(wall: &resolved::Wall) -> WallPart<D> {
     WallPart { name: wall.name.clone(), shape, velocity: Vector::from_column_slice(&wall.velocity) }
 }
 
+/// The options that the case describes: its numerics, and what the coupling asks of the fluid.
 fn options(case: &Case, fluid: &resolved::Fluid) -> Options {
-    let numerics = &fluid.numerics;
-    let base = match numerics.scheme {
-        FluidScheme::EnergyConsistent => Options::default(),
-        FluidScheme::Paper => Options::paper(),
-    };
-    let coupling = case.coupling.as_ref();
-    let (compliance, load) = coupling.map_or((true, LoadForm::Transpose), |c| (c.compliance, c.load));
+    let of_numerics = numerics(&fluid.numerics);
+    let no_slip_walls = fluid.walls.iter().any(|w| w.slip == Slip::NoSlip);
+    let of_fluid =
+        Options { no_slip_walls, reference_velocity: Some(fluid.characteristic_speed), ..of_numerics };
+    let Some(coupling) = &case.coupling else { return of_fluid };
     Options {
-        scheme: match numerics.scheme {
-            FluidScheme::EnergyConsistent => Scheme::EnergyConsistent,
-            FluidScheme::Paper => Scheme::Paper,
+        compliance: coupling.compliance,
+        structure_velocity: match coupling.structure_velocity {
+            Velocity::End => StructureVelocity::End,
+            Velocity::Mean => StructureVelocity::Mean,
         },
-        smoothing_ratio: numerics.smoothing_ratio,
-        pressure_tolerance: numerics.pressure_tolerance,
-        viscous_operator: match numerics.viscosity_operator {
-            ViscosityOperator::Morris => ViscousOperator::Morris,
-            ViscosityOperator::Corrected => ViscousOperator::FatehiManzari,
-        },
-        no_slip_walls: fluid.walls.iter().any(|w| w.slip == Slip::NoSlip),
-        reference_velocity: Some(fluid.characteristic_speed),
-        compliance,
-        structure_velocity: match coupling.map(|c| c.structure_velocity) {
-            Some(Velocity::End) => StructureVelocity::End,
-            Some(Velocity::Mean) | None => StructureVelocity::Mean,
-        },
-        load: match load {
+        load: match coupling.load {
             LoadForm::Transpose => Load::Transpose,
             LoadForm::PressureGradient => Load::PressureGradient,
         },
+        ..of_fluid
+    }
+}
+
+fn numerics(from: &FluidNumerics) -> Options {
+    let base = match from.scheme {
+        FluidScheme::EnergyConsistent => Options::default(),
+        FluidScheme::Paper => Options::paper(),
+    };
+    Options {
+        smoothing_ratio: from.smoothing_ratio,
+        courant: from.courant,
+        growth: from.time_step_growth,
+        viscous_operator: match from.viscosity_operator {
+            ViscosityOperator::Morris => ViscousOperator::Morris,
+            ViscosityOperator::Corrected => ViscousOperator::FatehiManzari,
+        },
+        approach_viscosity: from.artificial_viscosity,
+        smagorinsky: from.smagorinsky,
+        pressure_tolerance: from.pressure_tolerance,
+        iteration_limit: from.pressure_iterations_limit as usize,
+        laplacian_share: from.pressure_stabilization,
+        preconditioner: match from.preconditioner {
+            numerics::Preconditioner::Multigrid => Preconditioner::Multigrid,
+            numerics::Preconditioner::Jacobi => Preconditioner::Jacobi,
+        },
+        position_projection: from.position_projection,
+        position_tolerance: from.position_tolerance,
+        corrected_gradient: from.corrected_gradient,
+        surface_thresholds: (from.surface_thresholds[0], from.surface_thresholds[1]),
+        surface_offset: from.surface_offset,
+        shifting: match from.shifting {
+            Shifting::Concentration => ShiftingLaw::Concentration,
+            Shifting::Paper => ShiftingLaw::Paper,
+            Shifting::Off => ShiftingLaw::Off,
+        },
+        shifting_coefficient: from.shifting_coefficient,
+        shifting_limit: from.shifting_limit,
+        interface_shifting: from.interface_shifting,
+        taylor_correction: from.taylor_correction,
+        contact_distance: from.contact_distance,
         ..base
     }
 }
@@ -119,4 +147,16 @@ fn jittered<const D: usize>(points: Vec<Vector<D>>, region: &Region, spacing: f6
     };
     let amplitude = region.jitter * spacing;
     points.into_iter().map(|p| p + Vector::from_fn(|_, _| amplitude * (2.0 * next() - 1.0))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The case's defaults and the solver's stand in two places; they are the same.
+    #[test]
+    fn what_a_case_leaves_out_is_what_the_solver_takes_by_itself() {
+        assert_eq!(numerics(&FluidNumerics::of(FluidScheme::EnergyConsistent)), Options::default());
+        assert_eq!(numerics(&FluidNumerics::of(FluidScheme::Paper)), Options::paper());
+    }
 }

@@ -2,6 +2,7 @@
 //! so has nothing to report; where it relies on a check, it says so.
 
 use super::geometry::{AxisBox, Face};
+use super::numerics::GradientOperator;
 use super::resolved::{
     Assumption, Body, Case, Clamp, ClampRegion, Coupling, CouplingScheme, Fluid, General, InitialVelocity,
     Load, LoadForm, LoadTarget, Material, Probe, ProbeQuantity, ProbeTarget, Reference, Region, Slip, Start,
@@ -12,8 +13,6 @@ use crate::SubSteps;
 
 /// Sub-steps of a window where the case does not say: the paper's choice.
 const SUB_STEPS: u32 = 100;
-/// Fixed rows beyond a clamped face where the case does not say.
-pub(super) const CLAMP_ROWS: u32 = 3;
 /// Share of the new load where the case does not say.
 const RELAXATION: f64 = 0.5;
 /// Longest wait for a participant where the case does not say (s).
@@ -80,7 +79,7 @@ fn resolve_fluid(fluid: typed::Fluid, general: &General) -> Fluid {
                 velocity: wall.velocity.unwrap_or_else(zero),
             })
             .collect(),
-        numerics: fluid.numerics,
+        numerics: fluid.numerics.resolve(),
         participant: resolve_participant(fluid.participant),
     }
 }
@@ -120,6 +119,7 @@ fn resolve_participant(participant: typed::Participant) -> Start {
 
 fn resolve_structure(structure: typed::Structure, general: &General) -> Structure {
     let material = structure.material;
+    let gradient = structure.numerics.gradient;
     let assumption = material.assumption.unwrap_or(match general.dimension {
         2 => Assumption::PlaneStrain,
         _ => Assumption::ThreeDimensional,
@@ -144,15 +144,15 @@ fn resolve_structure(structure: typed::Structure, general: &General) -> Structur
                     .unwrap_or_else(|| InitialVelocity::Uniform(vec![0.0; general.dimension])),
             })
             .collect(),
-        clamps: structure.clamp.into_iter().map(resolve_clamp).collect(),
+        clamps: structure.clamp.into_iter().map(|clamp| resolve_clamp(clamp, gradient)).collect(),
         loads: structure.load.into_iter().map(resolve_load).collect(),
-        numerics: structure.numerics,
+        numerics: structure.numerics.resolve(),
         participant: resolve_participant(structure.participant),
     }
 }
 
-fn resolve_clamp(clamp: typed::Clamp) -> Clamp {
-    let rows = clamp.rows.unwrap_or(CLAMP_ROWS) as usize;
+fn resolve_clamp(clamp: typed::Clamp, gradient: GradientOperator) -> Clamp {
+    let rows = clamp.rows.map_or(gradient.clamp_rows(), |rows| rows as usize);
     let region = match (clamp.face, clamp.bounds) {
         (Some(face), _) => ClampRegion::Face { face, rows },
         (None, Some(bounds)) => ClampRegion::Box { bounds },

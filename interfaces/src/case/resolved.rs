@@ -260,7 +260,8 @@ pub struct Clamp {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum ClampRegion {
-    /// The body goes on beyond the face by rows of fixed particles, at the body's own lattice distance.
+    /// The body goes on beyond the face by rows of fixed particles, at the body's own lattice distance; without rows, points of the face
+    /// itself are fixed.
     Face {
         /// The face.
         face: Face,

@@ -2,7 +2,7 @@
 //! (descriptions included) is made of these types, and [`super::conform`] holds the text against that schema.
 
 use super::geometry::{AxisBox, Face, Side};
-use super::numerics::{FluidNumerics, StructureNumerics};
+use super::numerics::{FluidNumericsKeys, StructureNumericsKeys};
 use super::resolved::{
     self, Assumption, InitialVelocity, LoadForm, MaterialLaw, ProbeQuantity, ProbeTarget, Slip,
     StructureVelocity,
@@ -84,7 +84,7 @@ pub struct Fluid {
     pub wall: Vec<Wall>,
     /// Numerics of the ISPH solver.
     #[serde(default)]
-    pub numerics: FluidNumerics,
+    pub numerics: FluidNumericsKeys,
     /// Who solves the fluid; our own solver if left out.
     #[serde(default)]
     pub participant: Participant,
@@ -171,7 +171,7 @@ pub struct Structure {
     pub load: Vec<Load>,
     /// Numerics of the TLSPH solver.
     #[serde(default)]
-    pub numerics: StructureNumerics,
+    pub numerics: StructureNumericsKeys,
     /// Who solves the structure; our own solver if left out.
     #[serde(default)]
     pub participant: Participant,
@@ -218,8 +218,8 @@ pub struct Clamp {
     pub body: String,
     /// Face beyond which the body goes on by fixed rows.
     pub face: Option<Face>,
-    /// Fixed rows beyond the face; 3 if left out.
-    #[schemars(extend("minimum" = 1))]
+    /// Fixed rows beyond the face; 0 are fixed points on the face itself. As the gradient operator wants it if left out.
+    #[schemars(extend("minimum" = 0))]
     pub rows: Option<u32>,
     /// Box in which the body's particles are fixed.
     #[serde(rename = "box")]

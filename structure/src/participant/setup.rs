@@ -31,6 +31,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
             Body::block(low, high, structure.particle_spacing, material, structure.material.density);
         for clamp in structure.clamps.iter().filter(|c| c.body == part.name) {
             match &clamp.region {
+                ClampRegion::Face { face, rows: 0 } => body = body.with_fixed_face(face.axis(), side(*face)),
                 ClampRegion::Face { face, rows } => {
                     body = body.with_fixed_rows(face.axis(), side(*face), *rows);
                 }
@@ -59,6 +60,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
     setup.gravity = Vector::from_column_slice(&case.general.gravity);
     setup.gradient = match structure.numerics.gradient {
         GradientOperator::FirstOrder => Gradient::FirstOrder,
+        GradientOperator::Quadratic => Gradient::Quadratic,
     };
     setup.smoothing_ratio = Some(structure.numerics.smoothing_ratio);
     setup.damping = structure.numerics.damping;

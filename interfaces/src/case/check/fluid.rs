@@ -26,7 +26,7 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     if fluid.region.is_empty() && is_own(&fluid.participant) {
         findings.add("fluid", "there is no fluid in it", "add a [[fluid.region]]");
     }
-    let thresholds = fluid.numerics.surface_thresholds;
+    let thresholds = fluid.numerics.resolve().surface_thresholds;
     if thresholds[0] >= thresholds[1] {
         findings.add("fluid.numerics.surface_thresholds", "do not grow", "write the lower threshold first");
     }

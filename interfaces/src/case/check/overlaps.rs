@@ -2,7 +2,7 @@
 
 use super::Findings;
 use crate::case::geometry::{AxisBox, Side};
-use crate::case::resolve::{CLAMP_ROWS, beyond};
+use crate::case::resolve::beyond;
 use crate::case::typed::{CaseFile, Fluid, Wall};
 
 /// Depth of an overlap that counts, as a fraction of the particle spacing: over round-off in coordinates that are meant to be the same, and far
@@ -99,7 +99,8 @@ fn clamps_in_fluid(file: &CaseFile, regions: &[Part<'_>], tolerance: f64, findin
             continue;
         }
         let cells = body.bounds.lattice_counts(spacing)[face.axis()] as f64;
-        let depth = f64::from(clamp.rows.unwrap_or(CLAMP_ROWS)) * body.bounds.extent()[face.axis()] / cells;
+        let rows = clamp.rows.map_or(structure.numerics.gradient.clamp_rows(), |rows| rows as usize);
+        let depth = rows as f64 * body.bounds.extent()[face.axis()] / cells;
         let rows = beyond(&body.bounds, face, depth);
         for region in regions.iter().filter(|region| rows.overlaps(region.bounds, tolerance)) {
             findings.add(

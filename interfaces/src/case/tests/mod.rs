@@ -127,10 +127,10 @@ fn defaults_are_filled_in() {
     assert_eq!(fluid.regions[0].velocity, [0.0, 0.0]);
     assert!(matches!(fluid.walls[0].shape, WallShape::Polyline { .. }));
     assert!(matches!(fluid.walls[1].shape, WallShape::Box { .. }));
-    assert_eq!(fluid.numerics, numerics::FluidNumerics::default());
+    assert_eq!(fluid.numerics, numerics::FluidNumerics::of(numerics::FluidScheme::EnergyConsistent));
     assert_eq!(fluid.participant, Start::Own);
     assert_eq!(structure.material.assumption, resolved::Assumption::PlaneStrain);
-    assert_eq!(structure.clamps[0].region, ClampRegion::Face { face: Face::Right, rows: 3 });
+    assert_eq!(structure.clamps[0].region, ClampRegion::Face { face: Face::Right, rows: 0 });
     assert_eq!(structure.loads[0].target, LoadTarget::Face { face: Face::Bottom });
     assert_eq!(coupling.sub_steps, SubSteps::Fixed(100));
     assert_eq!(coupling.max_window, 0.01);
