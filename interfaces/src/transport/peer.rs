@@ -126,10 +126,11 @@ impl<S: Service> Drop for OwnNode<S> {
         node.blocking_cleanup_dead_nodes(CLEAN_UP);
         let config = node.config().clone();
         drop(node);
+        // A dead node that could not be removed needs no counter.
         let mut others = false;
-        let listed = Node::<S>::list(&config, |_| {
-            others = true;
-            CallbackProgression::Stop
+        let listed = Node::<S>::list(&config, |state| {
+            others |= !matches!(state, NodeState::Dead(_));
+            CallbackProgression::Continue
         });
         if listed.is_ok() && !others {
             remove_node_counter::<S>(&config);
