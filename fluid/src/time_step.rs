@@ -210,7 +210,7 @@ impl<const D: usize> Fluid<D> {
         self.predict(accepted, dt, structure, &mut report); //              (10)–(13)
         self.solve_pressure(accepted, time, dt, trial, &mut report)?; //     (14)–(17)
         self.correct_velocity(dt, structure, trial, &mut report); //         (18)
-        self.load_structure(trial); //                                      (46), (48)
+        self.load_structure(accepted, trial); //                                      (46), (48)
         self.move_particles(accepted, dt, structure, trial, &mut report); // (19), (21)–(32)
         self.account(accepted, time, trial, &mut report)?;
         trial.last_dt = dt;
@@ -542,7 +542,7 @@ impl<const D: usize> Fluid<D> {
     }
 
     /// What the structure gets, and what the fluid got from it by the formula that moved it.
-    fn load_structure(&mut self, trial: &State<D>) {
+    fn load_structure(&mut self, accepted: &State<D>, trial: &State<D>) {
         let s = &mut self.scratch;
         let p = &trial.pressures;
         interface_load::pair_reactions(
@@ -557,7 +557,9 @@ impl<const D: usize> Fluid<D> {
         interface_load::wall_forces(
             &s.neighbourhood,
             &self.walls,
-            self.properties.particle_volume,
+            &self.properties,
+            &accepted.positions,
+            &s.confidence,
             p,
             &mut s.wall_forces,
         );
