@@ -3,8 +3,8 @@
 use crate::interface::InterfaceInput;
 use crate::neighbourhood::Neighbourhood;
 use crate::options::Options;
+use crate::solver::FluidProperties;
 use crate::state::State;
-use crate::time_step::FluidProperties;
 use crate::walls::Walls;
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector};

@@ -1,8 +1,8 @@
 //! Values at points, and forces on walls.
 
 use crate::neighbourhood::Neighbourhood;
+use crate::solver::Fluid;
 use crate::state::State;
-use crate::time_step::Fluid;
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::{Matrix, Vector, tensor};

@@ -131,13 +131,6 @@ fn step_bits(threads: usize) -> (Vec<u8>, Vec<u8>) {
         fluid.step(&middle, 0.0, 3e-4, &input, &mut second).unwrap();
         fluid.step(&case.state, 0.0, 1e-4, &input, &mut second).unwrap();
         let second_bits = bits(&second, &fluid);
-        // And by a solver that starts from the saved state.
-        let restored = State::from_bytes(&case.state.to_bytes()).unwrap();
-        assert_eq!(restored, case.state);
-        let mut other = case.fluid(Options { smagorinsky: 0.1, ..Options::default() });
-        other.step(&restored, 0.0, 1e-4, &input, &mut first).unwrap();
-        // The reference velocity comes from the first state: both fluids were given the same one only if the case still held it.
-        let _ = other;
         (first_bits, second_bits)
     })
 }
@@ -265,8 +258,8 @@ fn a_dam_breaks_without_loss_and_without_gaining_energy() {
     assert_eq!(case.state.lost, 0);
     // The bound: 0.1 % of the start.
     assert!(highest < 1.001 * potential, "{}", highest / potential);
-    // Martin and Moyce: Z = 2.66 at t√(2g/a) = 2.0, which is 0.45 s; early by a constant 0.2 in these units, so about 2.7 to 3.
-    assert!(front > 2.3 && front < 3.2, "{front}");
+    // Martin and Moyce: Z = 2.35 at t√(2g/a) = 2.0, which is 0.45 s; this fluid leads by a constant 0.2 in that unit: 2.57 at width/20.
+    assert!(front > 2.3 && front < 2.8, "{front}");
 }
 
 /// A gate that swings open by a prescribed law and leaves a growing gap: nothing leaks and nothing is lost.
