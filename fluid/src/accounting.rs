@@ -2,9 +2,9 @@
 
 use crate::conjugate_gradients::Outcome;
 use crate::neighbourhood::Neighbourhood;
+use crate::solver::FluidProperties;
 use crate::state::State;
 use crate::surface::Surface;
-use crate::time_step::FluidProperties;
 use sph::kernel::CubicSpline;
 use sph::{Vector, parallel};
 

@@ -3,8 +3,8 @@
 use crate::interface::InterfaceInput;
 use crate::neighbourhood::Neighbourhood;
 use crate::options::Options;
+use crate::solver::FluidProperties;
 use crate::state::State;
-use crate::time_step::FluidProperties;
 use crate::walls::Walls;
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector};
@@ -83,18 +83,25 @@ pub fn pressures<const D: usize>(
     }));
 }
 
-/// Adds the forces (N) of the fluid's pressure on each wall part, `+2 V p_a V_w ∇W_aw`: the transpose of the divergence.
+/// Adds the forces (N) of the fluid's pressure on each wall part, `+V V_w (2 p_a + φ ρ g·(r_w − r_a)) ∇W_aw`: the transpose of the divergence, and
+/// for the share φ of Eq. (18) its wall pressure. The second term carries `p` from the particle to the wall's surface: a bed at H/Δx = 20
+/// carries 0.96 of the water's weight without it, 0.99 with it (the lattice sum of the kernel's moment is 0.991).
 pub fn wall_forces<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     walls: &Walls<D>,
-    volume: f64,
+    properties: &FluidProperties<D>,
+    positions: &[Vector<D>],
+    share: &[f64],
     p: &[f64],
     out: &mut [Vector<D>],
 ) {
     let list = &neighbourhood.walls;
+    let (volume, weight) = (properties.particle_volume, properties.gravity * properties.density);
     for a in 0..p.len() {
         for (&w, g) in list.of(a).iter().zip(&neighbourhood.wall_gradients[list.range(a)]) {
-            out[walls.part_of[w as usize] as usize] += g * (2.0 * volume * p[a]);
+            let w = w as usize;
+            let step = share[a] * weight.dot(&(walls.positions[w] - positions[a]));
+            out[walls.part_of[w] as usize] += g * (volume * (2.0 * p[a] + step));
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Values at points, and forces on walls.
 
 use crate::neighbourhood::Neighbourhood;
+use crate::solver::Fluid;
 use crate::state::State;
-use crate::time_step::Fluid;
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::{Matrix, Vector, tensor};
@@ -31,7 +31,7 @@ impl<const D: usize> Fluid<D> {
         Probe { state, kernel: self.kernel, grid: CellGrid::new(&state.positions, self.kernel.support()) }
     }
 
-    /// Force (N) of the fluid on a named part of the walls in the last step: the transpose of the divergence, contact and friction.
+    /// Force (N) of the fluid on a named part of the walls in the last step: pressure, contact and friction.
     pub fn wall_force(&self, name: &str) -> Option<Vector<D>> {
         self.walls
             .part(name)

@@ -4,9 +4,9 @@
 //! it gets `p = ½ρΔx max(0, a_p·n)` with the acceleration by pressure `a_p` of the last step, at most `2g`, averaged with its last value.
 
 use crate::neighbourhood::Neighbourhood;
+use crate::solver::FluidProperties;
 use crate::state::{State, SurfaceClass};
 use crate::surface::Surface;
-use crate::time_step::FluidProperties;
 
 /// `∇·r/D` between which a surface counts from ragged (no offset) to flat: a lattice's edge row has 0.64, its corner 0.39 (h = 1.2 Δx).
 const FLAT: (f64, f64) = (0.45, 0.55);

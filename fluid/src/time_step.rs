@@ -4,7 +4,7 @@ use crate::accounting::{self, StepReport};
 use crate::conjugate_gradients::{self, Limits, Outcome};
 use crate::contact::{self, Approach};
 use crate::error::Error;
-use crate::interface::{InterfaceInput, InterfaceOutput, InterfaceParticles, StructureSurface};
+use crate::interface::{InterfaceInput, StructureSurface};
 use crate::interface_load;
 use crate::neighbourhood::{Bodies, Neighbourhood};
 use crate::options::{Load, Options, Scheme};
@@ -12,49 +12,15 @@ use crate::position_projection;
 use crate::preconditioner::PressurePreconditioner;
 use crate::pressure_operator::{self, OperatorScratch, PressureOperator};
 use crate::shifting::{self, ShiftingInput};
+use crate::solver::{Fluid, FluidProperties};
 use crate::state::{State, SurfaceClass};
 use crate::surface::Surface;
 use crate::surface_offset;
 use crate::taylor;
 use crate::velocity_correction;
 use crate::viscosity::{self, ViscousInput, ViscousScratch};
-use crate::walls::Walls;
 use rayon::prelude::*;
-use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, parallel};
-
-/// What a fluid is and where.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FluidProperties<const D: usize> {
-    /// Density ρ (kg/m³).
-    pub density: f64,
-    /// Laminar kinematic viscosity ν (m²/s).
-    pub kinematic_viscosity: f64,
-    /// Gravity (m/s²).
-    pub gravity: Vector<D>,
-    /// Particle spacing Δx (m).
-    pub spacing: f64,
-    /// Volume of each particle (m³).
-    pub particle_volume: f64,
-    /// The domain's lowest and highest corner (m): particles outside have left.
-    pub domain: (Vector<D>, Vector<D>),
-}
-
-/// The fluid solver: what does not change, and memory for a step. It remembers nothing from step to step; all memory is in [`State`].
-pub struct Fluid<const D: usize> {
-    pub(crate) properties: FluidProperties<D>,
-    pub(crate) options: Options,
-    pub(crate) kernel: CubicSpline<D>,
-    pub(crate) walls: Walls<D>,
-    pub(crate) interface: InterfaceParticles,
-    interface_spacings: Vec<f64>,
-    compliance: Vec<f64>,
-    reference_velocity: f64,
-    lattice_concentration: f64,
-    pub(crate) scratch: Scratch<D>,
-    /// What the structure gets of the last step.
-    pub output: InterfaceOutput<D>,
-}
 
 /// Memory of a step, used again by the next.
 #[derive(Default)]
@@ -88,106 +54,6 @@ pub(crate) struct Scratch<const D: usize> {
 }
 
 impl<const D: usize> Fluid<D> {
-    /// A fluid between walls and interface particles; `initial` sets the scale of velocity (`√(gH)`) when the options give none.
-    ///
-    /// # Errors
-    /// [`Error::Setting`] for values that cannot be.
-    pub fn new(
-        properties: FluidProperties<D>,
-        options: Options,
-        walls: Walls<D>,
-        interface: InterfaceParticles,
-        initial: &State<D>,
-    ) -> Result<Self, Error> {
-        for (key, value) in [
-            ("fluid.density", properties.density),
-            ("fluid.spacing", properties.spacing),
-            ("fluid.particle_volume", properties.particle_volume),
-            ("options.smoothing_ratio", options.smoothing_ratio),
-            ("options.courant", options.courant),
-        ] {
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(Error::Setting { key, value: value.to_string(), remedy: "it must be positive" });
-            }
-        }
-        if interface.volumes.len() != interface.densities.len() {
-            let (found, expected) = (interface.densities.len(), interface.volumes.len());
-            return Err(Error::InterfaceLength { field: "densities", found, expected });
-        }
-        let kernel = CubicSpline::new(options.smoothing_ratio * properties.spacing);
-        let reference_velocity = options
-            .reference_velocity
-            .unwrap_or_else(|| accounting::reference_velocity(&properties, initial));
-        let interface_spacings = interface.volumes.iter().map(|v| v.powf(1.0 / D as f64)).collect();
-        let compliance = if options.compliance {
-            let share = options.structure_velocity.compliance();
-            interface.densities.iter().map(|rho| share / rho).collect()
-        } else {
-            Vec::new()
-        };
-        let lattice_concentration = accounting::lattice_concentration(&kernel, properties.spacing);
-        Ok(Self {
-            properties,
-            options,
-            kernel,
-            walls,
-            interface,
-            interface_spacings,
-            compliance,
-            reference_velocity,
-            lattice_concentration,
-            scratch: Scratch::default(),
-            output: InterfaceOutput::default(),
-        })
-    }
-
-    /// Smoothing length `h` (m).
-    pub fn smoothing_length(&self) -> f64 {
-        self.kernel.smoothing_length()
-    }
-
-    /// Mass of a particle (kg).
-    pub fn particle_mass(&self) -> f64 {
-        self.properties.density * self.properties.particle_volume
-    }
-
-    /// Properties as given.
-    pub fn properties(&self) -> &FluidProperties<D> {
-        &self.properties
-    }
-
-    /// Options as given.
-    pub fn options(&self) -> &Options {
-        &self.options
-    }
-
-    /// Walls as given.
-    pub fn walls(&self) -> &Walls<D> {
-        &self.walls
-    }
-
-    /// Velocity (m/s) that stands for the flow's scale while it is slow.
-    pub fn reference_velocity(&self) -> f64 {
-        self.reference_velocity
-    }
-
-    /// The longest stable step from `state` (s): Eq. (49) with the fastest of fluid and structure, growth, viscosity (`h²/8ν`).
-    pub fn stable_step(&self, state: &State<D>, structure_velocities: &[Vector<D>]) -> f64 {
-        let h = self.smoothing_length();
-        let fastest = parallel::max(state.len(), self.reference_velocity, |a| state.velocities[a].norm());
-        let fastest = structure_velocities.iter().map(Vector::norm).fold(fastest, f64::max);
-        let mut dt = self.options.courant * h / fastest.max(1e-12);
-        if state.last_dt > 0.0 {
-            dt = dt.min(self.options.growth * state.last_dt);
-        }
-        let viscosity = self.properties.kinematic_viscosity + self.approach_viscosity();
-        if viscosity > 0.0 { dt.min(0.125 * h * h / viscosity) } else { dt }
-    }
-
-    fn approach_viscosity(&self) -> f64 {
-        self.options.approach_viscosity * self.smoothing_length() * self.reference_velocity
-    }
-
     /// Advances `accepted` by `dt` (s) into `trial`, memory of `trial` used again. `time` (s) is for messages only. Nothing but
     /// `accepted`, `dt` and `structure` decides the result: calling twice gives the same bits.
     ///
@@ -211,7 +77,7 @@ impl<const D: usize> Fluid<D> {
         self.predict(accepted, dt, structure, &mut report); //              (10)–(13)
         self.solve_pressure(accepted, time, dt, trial, &mut report)?; //     (14)–(17)
         self.correct_velocity(dt, structure, trial, &mut report); //         (18)
-        self.load_structure(trial); //                                      (46), (48)
+        self.load_structure(accepted, trial); //                                      (46), (48)
         self.move_particles(accepted, dt, structure, trial, &mut report); // (19), (21)–(32)
         self.account(accepted, time, trial, &mut report)?;
         trial.last_dt = dt;
@@ -543,7 +409,7 @@ impl<const D: usize> Fluid<D> {
     }
 
     /// What the structure gets, and what the fluid got from it by the formula that moved it.
-    fn load_structure(&mut self, trial: &State<D>) {
+    fn load_structure(&mut self, accepted: &State<D>, trial: &State<D>) {
         let s = &mut self.scratch;
         let p = &trial.pressures;
         interface_load::pair_reactions(
@@ -558,7 +424,9 @@ impl<const D: usize> Fluid<D> {
         interface_load::wall_forces(
             &s.neighbourhood,
             &self.walls,
-            self.properties.particle_volume,
+            &self.properties,
+            &accepted.positions,
+            &s.confidence,
             p,
             &mut s.wall_forces,
         );

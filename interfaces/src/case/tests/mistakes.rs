@@ -10,8 +10,8 @@ const ROWS: &[(&str, &str, &str)] = &[
      "densty = 1000.0",
      "line 10: fluid.densty = 1000.0: there is no such key; did you mean \"density\"?"),
     ("density = 1000.0",
-     "density = 1000.0\ncourant = 0.1",
-     "line 11: fluid.courant = 0.1: there is no such key; there is fluid.numerics.courant and structure.numerics.courant"),
+     "density = 1000.0\nsmoothing_ratio = 0.1",
+     "line 11: fluid.smoothing_ratio = 0.1: there is no such key; there is fluid.numerics.smoothing_ratio and structure.numerics.smoothing_ratio"),
     ("density = 1000.0\n", "", "line 9: fluid.density: is missing; add it; its meaning: density (kg/m³)"),
     ("[[fluid.region]]\nname = \"water\"\n",
      "[[fluid.region]]\n",
@@ -262,7 +262,7 @@ fn all_mistakes_come_at_once_in_the_order_of_lines() {
         .replacen("end_time = 0.1", "end_time = \"long\"", 1)
         .replacen("poisson_ratio = 0.3", "poisson_ratio = 0.7", 1)
         .replacen("[[0.0, 0.8], [0.0, 0.0]]", "[[0.0, 0.8]]", 1)
-        .replacen("face = \"right\"", "face = \"top\"", 1);
+        .replacen("face = \"right\"", "face = \"top\"\nrows = 3", 1);
     let found = mistakes(parse(&text, &["coupling.relaxation=0"]));
     let keys: Vec<_> = found.iter().map(|message| message.split([' ', ':']).nth(2).unwrap_or("")).collect();
     assert_eq!(found.len(), 7, "{found:#?}");
