@@ -360,9 +360,21 @@ fn a_structure_under_still_water_carries_its_weight() {
     }
 }
 
-/// A plate on a spring under water nine times its mass: stable with its compliance in the solve and relaxation ½, with the right period.
+/// A suddenly loaded spring swings to twice its rest. A relaxed load, always late, damps more: measured 1.89 times its rest.
 #[test]
-fn a_light_plate_under_heavy_water_swings_with_the_added_mass() {
+fn a_light_plate_met_at_its_end_velocity_swings_with_the_added_mass() {
+    light_plate_under_heavy_water(StructureVelocity::End, 0.5, 1.89);
+}
+
+/// Met at its mean velocity, the plate needs no relaxation: measured 1.90 times its rest.
+#[test]
+fn a_light_plate_met_at_its_mean_velocity_swings_with_the_added_mass() {
+    light_plate_under_heavy_water(StructureVelocity::Mean, 1.0, 1.90);
+}
+
+/// A plate on a spring under water nine times its mass, its compliance in the solve, windows of 1/500 of its period: stable, with the
+/// right period, and a lowest position of `swing` times its rest.
+fn light_plate_under_heavy_water(structure_velocity: StructureVelocity, relaxation: f64, swing: f64) {
     let dx = 0.1;
     let mut case = tank(1.0, 1.0, 1.0, dx, 0.0, 0.0);
     let thick = 4.0 * dx;
@@ -377,7 +389,7 @@ fn a_light_plate_under_heavy_water_swings_with_the_added_mass() {
     };
     let period = 0.5;
     let stiffness = (mass + 1000.0) * (std::f64::consts::TAU / period).powi(2);
-    let mut fluid = case.fluid(Options::default());
+    let mut fluid = case.fluid(Options { structure_velocity, ..Options::default() });
     let (mut y, mut speed) = (0.0, 0.0);
     let mut held = vec![V::zeros(); plate.len()];
     let (mut trial, mut crossings, mut lowest) = (State::default(), Vec::new(), 0.0f64);
@@ -390,13 +402,14 @@ fn a_light_plate_under_heavy_water_swings_with_the_added_mass() {
     };
     for n in 0..1200 {
         let positions: Vec<V> = plate.iter().map(|p| p + v(0.0, y)).collect();
-        let velocities = vec![v(0.0, speed + dt * accelerate(&held, y, speed)); plate.len()];
+        let share = structure_velocity.compliance();
+        let velocities = vec![v(0.0, speed + share * dt * accelerate(&held, y, speed)); plate.len()];
         let input =
             InterfaceInput { positions: &positions, velocities: &velocities, held_pressure_gradients: &held };
         fluid.step(&case.state, f64::from(n) * dt, dt, &input, &mut trial).unwrap();
         std::mem::swap(&mut case.state, &mut trial);
         for (old, new) in held.iter_mut().zip(&fluid.output.pressure_gradients) {
-            *old = (*old + new) * 0.5;
+            *old = new * relaxation + *old * (1.0 - relaxation);
         }
         let new_speed = speed + dt * accelerate(&held, y, speed);
         let new_y = y + 0.5 * dt * (speed + new_speed);
@@ -407,8 +420,7 @@ fn a_light_plate_under_heavy_water_swings_with_the_added_mass() {
         lowest = lowest.min(y);
     }
     assert_eq!(case.state.lost, 0);
-    // A suddenly loaded spring swings to twice its rest; the relaxed load, always late, damps: measured 1.89 times its rest.
-    assert!((lowest / (1.89 * rest) - 1.0).abs() < 0.05, "{}", lowest / rest);
+    assert!((lowest / (swing * rest) - 1.0).abs() < 0.05, "{}", lowest / rest);
     // Error of the exchange about (ωΔt)² (added mass/mass) = 0.0014, of the discretisation (H/Δx = 10) the rest; measured 0.500 s.
     let measured = (crossings[crossings.len() - 1] - crossings[0]) / (crossings.len() - 1) as f64;
     assert!((measured / period - 1.0).abs() < 0.03, "{measured} in {crossings:?}");

@@ -13,8 +13,6 @@ use crate::SubSteps;
 
 /// Sub-steps of a window where the case does not say: the paper's choice.
 const SUB_STEPS: u32 = 100;
-/// Share of the new load where the case does not say.
-const RELAXATION: f64 = 0.5;
 /// Longest wait for a participant where the case does not say (s).
 const DEADLINE: f64 = 60.0;
 
@@ -172,6 +170,7 @@ fn resolve_load(load: typed::Load) -> Load {
 }
 
 fn resolve_coupling(coupling: &typed::Coupling, general: &General) -> Coupling {
+    let structure_velocity = coupling.structure_velocity.unwrap_or(StructureVelocity::Mean);
     Coupling {
         // The check refuses every other scheme.
         scheme: CouplingScheme::SerialExplicit,
@@ -182,8 +181,8 @@ fn resolve_coupling(coupling: &typed::Coupling, general: &General) -> Coupling {
             None => SubSteps::Fixed(SUB_STEPS),
         },
         load: coupling.load.unwrap_or(LoadForm::Transpose),
-        relaxation: coupling.relaxation.unwrap_or(RELAXATION),
-        structure_velocity: coupling.structure_velocity.unwrap_or(StructureVelocity::Mean),
+        relaxation: coupling.relaxation.unwrap_or(structure_velocity.relaxation()),
+        structure_velocity,
         compliance: coupling.compliance.unwrap_or(true),
         enforce_condition_46: coupling.enforce_condition_46.unwrap_or(true),
         deadline: coupling.deadline.unwrap_or(DEADLINE),

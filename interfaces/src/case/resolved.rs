@@ -364,6 +364,16 @@ pub enum StructureVelocity {
     End,
 }
 
+impl StructureVelocity {
+    /// Relaxation of the load where none is written: none for the mean velocity, which is stable without.
+    pub fn relaxation(self) -> f64 {
+        match self {
+            Self::Mean => 1.0,
+            Self::End => 0.5,
+        }
+    }
+}
+
 /// Form of the load on the structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

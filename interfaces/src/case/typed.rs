@@ -257,7 +257,7 @@ pub struct Coupling {
     pub sub_steps: Option<SubSteps>,
     /// Form of the load; transpose if left out.
     pub load: Option<LoadForm>,
-    /// Share of the new load against the old one, over 0 and at most 1; 0.5 if left out.
+    /// Share of the new load against the old one, over 0 and at most 1; 1 (no relaxation) with the mean velocity, 0.5 with that at the end if left out.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub relaxation: Option<f64>,
     /// Velocity of the structure over a window that the fluid meets; mean if left out.
