@@ -26,6 +26,7 @@
 mod error;
 mod external;
 mod field;
+mod ganzenmuller2015;
 mod gradient;
 mod kernels;
 mod lanes;
