@@ -27,15 +27,20 @@ impl<const D: usize> Structure<D> {
     /// Whether external accelerations change between two times (s) of a window.
     pub(crate) fn load_varies(&self, load: &Load<D>, from: f64, to: f64) -> bool {
         matches!(load, Load::Linear(..))
+            || self.hourglass.is_some()
             || self.setup.dead_loads.iter().any(|d| !d.history.is_constant(from, to))
     }
 
     /// Whether there is any external acceleration.
     pub(crate) fn is_loaded(&self, load: &Load<D>) -> bool {
-        !matches!(load, Load::None) || self.setup.gravity.amax() > 0.0 || !self.setup.dead_loads.is_empty()
+        !matches!(load, Load::None)
+            || self.hourglass.is_some()
+            || self.setup.gravity.amax() > 0.0
+            || !self.setup.dead_loads.is_empty()
     }
 
-    /// Fills the external accelerations (m/s²) of the free particles at a time (s), `fraction` of the window being over.
+    /// Fills the external accelerations (m/s²) of the free particles at a time (s), `fraction` of the window being over; those of the
+    /// hourglass control are among them, and so its work is among that of the loads.
     pub(crate) fn fill_external(&mut self, load: &Load<D>, time: f64, fraction: f64) {
         let external = &mut self.fields.external;
         let mut first = 0;
@@ -64,6 +69,11 @@ impl<const D: usize> Structure<D> {
                 let sum = external.vector::<D>(internal) + more;
                 external.set_vector(internal, &sum);
             }
+        }
+        if self.hourglass.is_some() {
+            let mut field = std::mem::take(&mut self.fields.external);
+            self.add_hourglass(&mut field);
+            self.fields.external = field;
         }
     }
 }

@@ -4,6 +4,13 @@
 //! one time window. The structure itself never changes: the same state and load give the same result, to the bit,
 //! whatever the number of threads.
 //!
+//! Two discrete gradients ([`Gradient`]): the paper's, and a quadratic one (the default) that is right in bending with three to four
+//! particles through the thickness, where the paper's is too soft. Beam under gravity (`L/T = 17.5`, `ν = 0.4`), tip deflection, reference
+//! 65.42 mm: quadratic 64.8 / 65.1 / 65.7 mm with 3 / 4 / 6 layers; first order 98.5 mm with 4. Oscillating plate of the paper's section 3.1,
+//! period `T c₀/L`, reference 72.75: quadratic 72.74 / 73.04 / 73.00 with 4 / 6 / 10 layers; first order 76.58 (paper 77.50) with 10, 74.05
+//! (paper 74.80) with 20. Two layers lock, one cannot bend: use three at least. Particles off a lattice want their own cells' volumes; with
+//! the lattice's, 10 % jitter costs 3.7 % in deflection.
+//!
 //! To read the method, start at [`time_step`] (the Runge–Kutta step), then `kernels` (stresses and accelerations), `gradient` (the
 //! discrete gradients) and [`material`] (the laws).
 //!
@@ -26,6 +33,7 @@
 mod error;
 mod external;
 mod field;
+mod ganzenmuller2015;
 mod gradient;
 mod kernels;
 mod lanes;

@@ -10,9 +10,9 @@ use sph::lattice::Lattice;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Gradient {
     /// The paper's kernel gradient corrected to first order, Eqs. (35), (36), (42).
-    #[default]
     FirstOrder,
     /// Quadratic gradient and Hessian with a strain-gradient energy: right in bending from three particles through the thickness on.
+    #[default]
     Quadratic,
 }
 
@@ -149,12 +149,12 @@ pub struct Setup<const D: usize> {
     pub smoothing_ratio: Option<f64>,
     /// Viscous damping `c` (1/s): the acceleration `−c u`. Zero: none.
     pub damping: f64,
-    /// Coefficient of the hourglass control of Ganzenmüller 2015. Zero: none.
+    /// Coefficient `ζ` of the hourglass control of Ganzenmüller 2015; others run 0.01 to 0.1. Zero: none.
     pub hourglass: f64,
 }
 
 impl<const D: usize> Setup<D> {
-    /// Bodies without loads, with the paper's operator and no option on.
+    /// Bodies without loads, with the quadratic gradient and no option on. Clamp them for the same gradient ([`Body::clamp`]).
     pub fn new(bodies: Vec<Body<D>>) -> Self {
         Self {
             bodies,

@@ -89,6 +89,7 @@ impl<const D: usize> Structure<D> {
             }
             self.stresses();
             kernels::acceleration_pass(D, self.setup.gradient, &self.stencil, &self.fields, scratch);
+            self.add_hourglass(scratch);
             for (n, &(internal, root_mass)) in free.iter().enumerate() {
                 let a = scratch.vector::<D>(internal);
                 for i in 0..D {

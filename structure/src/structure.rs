@@ -1,6 +1,7 @@
 //! A structure ready to be advanced: operators built, limits known, scratch in place.
 
 use crate::field::Field;
+use crate::ganzenmuller2015::HourglassPairs;
 use crate::gradient::first_order::FirstOrder;
 use crate::gradient::quadratic::Quadratic;
 use crate::kernels::{self, BodyPass, Fields, row};
@@ -30,6 +31,7 @@ pub struct Structure<const D: usize> {
     pub(crate) clamped: Vec<bool>,
     pub(crate) interface: Vec<u32>,
     pub(crate) stable_time_step: f64,
+    pub(crate) hourglass: Option<HourglassPairs<D>>,
 }
 
 impl<const D: usize> Structure<D> {
@@ -74,7 +76,9 @@ impl<const D: usize> Structure<D> {
             clamped,
             interface,
             stable_time_step: f64::INFINITY,
+            hourglass: None,
         };
+        structure.hourglass = structure.build_hourglass();
         structure.stable_time_step = structure.stable_time_step_at_rest();
         Ok(structure)
     }
@@ -194,7 +198,8 @@ impl<const D: usize> Structure<D> {
         Ok((0..self.len()).fold(Vector::zeros(), |sum, i| sum + accelerations[i] * self.masses[i]))
     }
 
-    /// Accelerations (m/s²) of the internal forces, Eq. (42) without the external term; zero for fixed particles.
+    /// Accelerations (m/s²) of the internal forces, Eq. (42) without the external term but with the hourglass control; zero for fixed
+    /// particles.
     pub fn internal_accelerations(&mut self, state: &State<D>) -> Result<Vec<Vector<D>>, Error> {
         self.load_state(state)?;
         if let Some(slice) = self.stresses() {
@@ -202,6 +207,7 @@ impl<const D: usize> Structure<D> {
         }
         let mut field = Field::new(D, self.stencil.margin, self.numbering.count());
         kernels::acceleration_pass(D, self.setup.gradient, &self.stencil, &self.fields, &mut field);
+        self.add_hourglass(&mut field);
         let internal_of = self.numbering.internal_of.iter();
         Ok(internal_of.map(|&internal| field.vector::<D>(internal as usize)).collect())
     }

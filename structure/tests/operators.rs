@@ -211,3 +211,38 @@ fn a_rigid_rotation_gives_no_stress() {
         }
     }
 }
+
+/// The control acts on nothing that is linear, resists a checkerboard, and keeps momentum.
+#[test]
+fn hourglass_control_acts_on_what_the_gradient_does_not_see() {
+    let body = jittered::<2>(0.0, Law::StVenantKirchhoff);
+    let make = |hourglass| {
+        let mut setup = Setup::new(vec![body.clone()]);
+        setup.gradient = Gradient::FirstOrder;
+        setup.hourglass = hourglass;
+        Structure::new(setup).unwrap()
+    };
+    let (mut plain, mut controlled) = (make(0.0), make(0.1));
+    let mut state = plain.state_at_rest(0.0);
+    let map = Matrix::<2>::new(1.2, 0.1, -0.2, 0.9);
+    state.positions.iter_mut().for_each(|p| *p = map * *p);
+    let difference =
+        |a: &[Vector<2>], b: &[Vector<2>]| a.iter().zip(b).map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
+    let before = plain.internal_accelerations(&state).unwrap();
+    let after = controlled.internal_accelerations(&state).unwrap();
+    // Round-off of E/(ρ Δx) = 15.
+    assert!(difference(&before, &after) < 1e-12);
+    let checkerboard = |i: usize| if (i % 9 + i / 9).is_multiple_of(2) { 1.0 } else { -1.0 };
+    let mut rough = plain.state_at_rest(0.0);
+    for (i, p) in rough.positions.iter_mut().enumerate() {
+        p.y += 1e-4 * checkerboard(i);
+    }
+    let before = plain.internal_accelerations(&rough).unwrap();
+    let after = controlled.internal_accelerations(&rough).unwrap();
+    let power: f64 = (0..after.len()).map(|i| (after[i].y - before[i].y) * checkerboard(i)).sum();
+    // ½ ζ E V W/(ρ Δx²) · 4e-4 is 3e-4 m/s² a vertical pair.
+    assert!(power < -3e-4 * after.len() as f64, "{power}");
+    let sum = after.iter().fold(Vector::<2>::zeros(), |s, a| s + a);
+    assert!(sum.norm() < 1e-12, "{sum}");
+    assert!(controlled.stable_time_step() <= plain.stable_time_step());
+}
