@@ -4,7 +4,7 @@ mod mistakes;
 
 use super::*;
 use crate::SubSteps;
-use resolved::{ClampRegion, LoadTarget, ProbeTarget, Start, WallShape};
+use resolved::{Clamp, ClampRegion, LoadTarget, ProbeTarget, Start, WallShape};
 
 /// A small coupled case in which everything is right.
 const SOUND: &str = r#"[case]
@@ -115,7 +115,8 @@ fn the_gate_is_as_the_benchmark_has_it() {
     let columns: Vec<_> = case.probes.iter().flat_map(|probe| probe.columns(2)).collect();
     assert_eq!(columns, ["tip.ux", "tip.uy", "gate.fx", "gate.fy", "tank.fx", "tank.fy", "corner.p"]);
     assert_eq!(structure.clamps[0].region, ClampRegion::Face { face: Face::Top, rows: 0 });
-    let rows = Clamp { region: ClampRegion::Face { face: Face::Top, rows: 3 }, ..structure.clamps[0].clone() };
+    let rows =
+        Clamp { region: ClampRegion::Face { face: Face::Top, rows: 3 }, ..structure.clamps[0].clone() };
     let rows = rows.rows_box(&structure.bodies[0].bounds, 0.00125).unwrap();
     assert_eq!((rows.low, rows.high), (vec![0.1, 0.079], vec![0.105, 0.079 + 3.0 * 0.00125]));
 }
