@@ -4,7 +4,7 @@ mod mistakes;
 
 use super::*;
 use crate::SubSteps;
-use resolved::{Clamp, ClampRegion, LoadTarget, ProbeTarget, Start, WallShape};
+use resolved::{ClampRegion, LoadTarget, ProbeTarget, Start, WallShape};
 
 /// A small coupled case in which everything is right.
 const SOUND: &str = r#"[case]
