@@ -220,7 +220,7 @@ fn prepare_folder(out: &Path, case: &Case) -> Result<(), RunError> {
     if !holds_a_run && entries.next().is_some() {
         return Err(folder("it holds files that are not of an earlier run".to_owned()));
     }
-    for name in ["fluid", "structure", "frames"] {
+    for name in ["fluid", "structure", "walls", "frames"] {
         remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
     }
     let files = [
@@ -230,6 +230,7 @@ fn prepare_folder(out: &Path, case: &Case) -> Result<(), RunError> {
         "report.html",
         "fluid.pvd",
         "structure.pvd",
+        "walls.pvd",
     ];
     for name in files {
         remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;

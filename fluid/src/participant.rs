@@ -18,7 +18,7 @@ use ledger::Ledger;
 use setup::Made;
 use snapshot::Snapshots;
 use sph::Vector;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// The fluid of `case`, writing its snapshots to the folder `out`.
@@ -88,6 +88,7 @@ struct FluidParticipant<const D: usize> {
     end_of_trial: f64,
     report: Option<WindowReport>,
     snapshots: Snapshots,
+    out: PathBuf,
 }
 
 impl<const D: usize> FluidParticipant<D> {
@@ -108,6 +109,7 @@ impl<const D: usize> FluidParticipant<D> {
             end_of_trial: 0.0,
             report: None,
             snapshots: Snapshots::create(out)?,
+            out: out.to_owned(),
             fluid,
             made,
         })
@@ -188,6 +190,7 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         self.fluid = build(&self.made, interface)?;
         self.take_motion(inputs);
         self.accepted_ledger = Ledger::at_start(&self.fluid, &self.accepted);
+        self.snapshots.write_walls(&self.out, start, &self.made.walls)?;
         self.snapshots.write(start, &self.accepted)?;
         let scalars = self.scalars(&self.accepted, &self.accepted_ledger);
         Ok(Readiness { window_limit: self.window_limit(&self.accepted), scalars })

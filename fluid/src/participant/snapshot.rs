@@ -1,7 +1,7 @@
 //! Snapshots of the fluid: velocity, pressure, class by surroundings.
 
 use super::failed;
-use crate::State;
+use crate::{State, Walls};
 use interfaces::ParticipantError;
 use output::{ParticleFrame, PointArray, Series, Values};
 use sph::Vector;
@@ -16,6 +16,24 @@ impl Snapshots {
     /// Starts the series in the folder `out`.
     pub fn create(out: &Path) -> Result<Self, ParticipantError> {
         Ok(Self { series: Series::create(out, "fluid").map_err(failed)? })
+    }
+
+    /// Writes the series `walls` of one snapshot, at `time` (s): the walls' particles, which stay where they are.
+    pub fn write_walls<const D: usize>(
+        &self,
+        out: &Path,
+        time: f64,
+        walls: &Walls<D>,
+    ) -> Result<(), ParticipantError> {
+        if walls.positions.is_empty() {
+            return Ok(());
+        }
+        let positions = flat(&walls.positions);
+        let parts: Vec<i32> = walls.part_of.iter().map(|&part| part as i32).collect();
+        let arrays = [PointArray { name: "part", components: 1, values: Values::I32(&parts) }];
+        let frame = ParticleFrame { time, dimension: D, positions: &positions, arrays: &arrays };
+        Series::create(out, "walls").and_then(|mut series| series.write(&frame)).map_err(failed)?;
+        Ok(())
     }
 
     /// Writes the next snapshot, at `time` (s).
