@@ -41,9 +41,10 @@
 //!
 //! # The structure in a step
 //!
-//! The structure sends positions at the window's start, velocities predicted to its end under the load held from the last window, and that load.
-//! The held load is taken back, `u*_s = u_s + Δt g_held/ρ_s`, and the structure takes part in the pressure solve with its mass: it yields by
-//! `−Δt g_s/ρ_s` (`compliance`). The load is the transpose of the divergence through which `u_s` enters, so [`InterfaceOutput`]
+//! The interface brings positions at the window's start, the mean velocity over the window that the structure is predicted to have under the load held
+//! from the last window, and that load. The held load is taken back, `u*_s = u_s + ½Δt g_held/ρ_s`, and the structure takes part in the
+//! pressure solve with its mass: it yields by `−½Δt g_s/ρ_s` (`compliance`). With the velocity at the window's end
+//! ([`StructureVelocity::End`]) the halves are ones; why the mean is met by default stands in `docs/decisions/0003-mean-velocity.md`. The load is the transpose of the divergence through which `u_s` enters, so [`InterfaceOutput`]
 //! holds `R_s = g_s` to rounding next to the structure, where the fluid moves by the symmetric gradient alone. Contact (particles of known
 //! pressure that would run into the structure) and no-slip friction are counted in `R_s` and are **not** part of `g_s`.
 //!
@@ -51,7 +52,7 @@
 //!
 //! Measured with this crate in two dimensions, water, `h = 1.2 Δx`: "tank" is 0.5 wide and 1 deep (H/Δx = 20, positions jittered by 0.1 Δx, 6 s), "dam" a
 //! column 1 × 2 in a tank 4 wide (Δx = width/20, 1.5 s). `K` is kinetic energy; the default gives in the tank a mean `K` of 0.017 J that does not grow.
-//! The paper's choices together are [`Options::paper`].
+//! The sub-particle-scale model was off in these runs. The paper's choices together are [`Options::paper`].
 //!
 //! | paper | here | why |
 //! |---|---|---|
