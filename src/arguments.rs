@@ -70,6 +70,9 @@ pub struct Run {
     /// Do not make the report at the end
     #[arg(long)]
     pub no_report: bool,
+    /// Prefix of everything in shared memory; whoever of a domain finds what a killed run of it left removes it
+    #[arg(long, env = "MENISCUS_DOMAIN", value_name = "NAME", hide = true)]
+    pub domain: Option<String>,
 }
 
 /// `meniscus report`.

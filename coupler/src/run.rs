@@ -30,6 +30,8 @@ pub struct Options {
     pub in_process: bool,
     /// Whether nothing is drawn on the terminal.
     pub quiet: bool,
+    /// Domain of shared memory, where it is not the usual one.
+    pub domain: Option<String>,
     /// Becomes true when the run is told to stop.
     pub stop: Arc<AtomicBool>,
 }

@@ -19,8 +19,13 @@ pub fn run(arguments: &Run) -> ExitCode {
         (Ok(executable), Ok(stop)) => (executable, stop),
         (Err(error), _) | (_, Err(error)) => return failed(error),
     };
-    let options =
-        Options { out: out.clone(), in_process: arguments.in_process, quiet: arguments.quiet, stop };
+    let options = Options {
+        out: out.clone(),
+        in_process: arguments.in_process,
+        quiet: arguments.quiet,
+        domain: arguments.domain.clone(),
+        stop,
+    };
     if arguments.in_process {
         super::set_threads(&case);
     }

@@ -61,6 +61,10 @@ impl Participants {
         let mut listening = Vec::new();
         for (role, start) in starts {
             let address = Address::new(run.clone(), role);
+            let address = match &options.domain {
+                Some(domain) => address.in_domain(domain),
+                None => address,
+            };
             let failed = |e| failed(role, "while opening its connection", e);
             remove_stale(&address).map_err(failed)?;
             let expectations = Expectations { case_hash: case.hash(), dimension: case.general.dimension };
