@@ -86,6 +86,7 @@ pub struct Report {
 #[derive(Args)]
 pub struct Solver {
     /// Case file as the coupler resolved it: case.toml in the folder of the outputs, where this participant writes too
+    #[arg(env = "MENISCUS_CASE")]
     pub case: PathBuf,
     /// Name of the run to join, as the coupler prints or passes it
     #[arg(long, env = "MENISCUS_RUN", value_name = "ID")]

@@ -55,10 +55,12 @@ impl Child {
         Ok(Self { process, log: log.to_owned(), peak_memory_bytes: 0 })
     }
 
-    /// How the process ended, if it did: its exit status and the last line of its log.
+    /// How the process ended, if it did: its exit status, the last line of its log, and where the log is.
     pub fn ended(&mut self) -> Option<String> {
         let status = self.process.try_wait().ok().flatten()?;
-        let said = self.last_words().map_or(String::new(), |line| format!("; its last words: {line}"));
+        let said = self
+            .last_words()
+            .map_or(String::new(), |line| format!("; its last words, in {}: {line}", self.log.display()));
         Some(format!("{}{said}", describe(status)))
     }
 
@@ -68,9 +70,8 @@ impl Child {
         self.peak_memory_bytes
     }
 
-    /// Gives the process `grace` to end by itself, and kills it then.
-    pub fn end(&mut self, grace: Duration) {
-        let deadline = Instant::now() + grace;
+    /// Lets the process end by itself until `deadline`, and kills it then.
+    pub fn end(&mut self, deadline: Instant) {
         while matches!(self.process.try_wait(), Ok(None)) && Instant::now() < deadline {
             std::thread::sleep(LOOK);
         }
@@ -85,7 +86,7 @@ impl Child {
 
     fn last_words(&self) -> Option<String> {
         let text = fs::read_to_string(&self.log).ok()?;
-        text.lines().rev().find(|l| !l.trim().is_empty()).map(str::to_owned)
+        text.lines().rev().map(str::trim).find(|l| !l.is_empty()).map(str::to_owned)
     }
 }
 
@@ -138,7 +139,11 @@ mod tests {
         let log = std::env::temp_dir().join(format!("meniscus-launch-{}.log", std::process::id()));
         let mut child = shell("echo working; echo giving up >&2; exit 3", &log);
         let ended = wait_for_end(&mut child);
-        assert_eq!(ended, "its process ended with exit code 3; its last words: giving up");
+        let place = log.display();
+        assert_eq!(
+            ended,
+            format!("its process ended with exit code 3; its last words, in {place}: giving up")
+        );
         let mut child = shell("kill -9 $$", &log);
         assert_eq!(wait_for_end(&mut child), "its process was ended by signal 9");
         fs::remove_file(&log).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::protocol::{Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, Selection, VERSION, Welcome};
 use crate::transport::{Address, Connection, Deadlines, Message, Service, ipc};
-use crate::{Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port};
+use crate::{Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port, State};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -150,7 +150,11 @@ impl Session<'_> {
         loop {
             let accepted = self.life.accepted();
             let during = || format!("while waiting for a request after {accepted} accepted windows");
-            let message = connection.receive(deadlines.request(), during).map_err(ServeError::Coupler)?;
+            let deadline = match self.life.state() {
+                State::Created => deadlines.first_request(),
+                _ => deadlines.next_request(),
+            };
+            let message = connection.receive(deadline, during).map_err(ServeError::Coupler)?;
             let (kind, sequence) = (message.kind(), message.header().sequence);
             if kind == Kind::Goodbye {
                 return Err(ServeError::Abandoned);
@@ -290,9 +294,10 @@ impl Session<'_> {
 /// before is lost. Messages that were under way are ignored; a coupler that is gone wants no answer.
 fn wait_for_goodbye<S: Service>(connection: &mut Connection<S>, deadlines: Deadlines) {
     let during = || "while leaving".to_owned();
-    while connection.receive(deadlines.request(), during).is_ok_and(|message| message.kind() != Kind::Goodbye)
-    {
-    }
+    while connection
+        .receive(deadlines.next_request(), during)
+        .is_ok_and(|message| message.kind() != Kind::Goodbye)
+    {}
 }
 
 fn wrong(request: &MessageHeader, what: &str) -> ParticipantError {

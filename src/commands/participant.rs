@@ -3,7 +3,6 @@
 use super::{WRONG, failed};
 use crate::arguments::{Mock, Solver};
 use interfaces::case::Case;
-use interfaces::case::resolved::Start;
 use interfaces::{Address, Participant, Role};
 use std::path::Path;
 use std::process::ExitCode;
@@ -49,7 +48,7 @@ fn serve(
         Err(error) => return failed(error),
     };
     let address = Address::parse(run, role);
-    let deadlines = coupler::run::deadlines(&case, &Start::Own);
+    let deadlines = coupler::run::participant_deadlines(&case);
     match interfaces::serve(participant.as_mut(), &address, &case.hash(), deadlines, &stop) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => failed(error),

@@ -4,4 +4,5 @@
 //! which must be empty afterwards; every process has a watchdog.
 
 mod gate;
+mod processes;
 mod support;

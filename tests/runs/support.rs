@@ -197,6 +197,13 @@ impl Drop for Running {
     }
 }
 
+/// Whether that process has ended, a zombie being none any more.
+pub fn gone(process: Pid) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{}/stat", process.as_raw_nonzero()));
+    // The name of the process, in parentheses, may hold anything; its state is the letter after it.
+    stat.map_or(true, |stat| stat.rsplit(") ").next().is_none_or(|rest| rest.starts_with(['Z', 'X'])))
+}
+
 /// Looks until there is something, within the watchdog.
 pub fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let started = Instant::now();
