@@ -1,6 +1,9 @@
 //! Participants as processes of their own.
 
 use interfaces::Role;
+use interfaces::transport::Alive;
+use rustix::io::Errno;
+use rustix::process::{Pid, test_kill_process};
 use std::fs::{self, File};
 use std::io;
 use std::os::unix::process::CommandExt;
@@ -94,6 +97,15 @@ impl Drop for Child {
     fn drop(&mut self) {
         self.kill();
     }
+}
+
+/// Says when the process of that number has ended. It need not be a child of ours.
+pub fn watch(process: u32) -> Alive {
+    let id = i32::try_from(process).ok().and_then(Pid::from_raw);
+    Box::new(move || {
+        let gone = id.is_none_or(|id| test_kill_process(id) == Err(Errno::SRCH));
+        gone.then(|| format!("process {process} has ended"))
+    })
 }
 
 /// Largest resident memory so far of a process, or of this one (bytes); zero where the system does not tell.

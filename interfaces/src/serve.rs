@@ -1,7 +1,7 @@
 //! The participant's side: any participant, served to a coupler in another process.
 
 use crate::protocol::{Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, Selection, VERSION, Welcome};
-use crate::transport::{Address, Connection, Deadlines, Message, Service, ipc};
+use crate::transport::{Address, Alive, Connection, Deadlines, Message, Service, ipc};
 use crate::{Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port, State};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -29,15 +29,17 @@ pub enum ServeError {
 
 /// Serves the participant to the coupler at that address until it is terminated. Blocks for the whole run.
 ///
-/// Errors and panics of the participant are told to the coupler and end the service. Nothing is printed.
+/// `coupler` says how the coupler's process ended, where the caller knows it: nothing else tells of a coupler that ended before there was a
+/// connection. Errors and panics of the participant are told to the coupler and end the service. Nothing is printed.
 pub fn serve(
     participant: &mut dyn Participant,
     address: &Address,
     case_hash: &str,
     deadlines: Deadlines,
     stop: &Arc<AtomicBool>,
+    coupler: Alive,
 ) -> Result<(), ServeError> {
-    serve_over::<ipc::Service>(participant, address, case_hash, deadlines, stop)
+    serve_over::<ipc::Service>(participant, address, case_hash, deadlines, stop, coupler)
 }
 
 /// [`serve`], over any of iceoryx2's services: tests use the one within a process.
@@ -47,9 +49,10 @@ pub fn serve_over<S: Service>(
     case_hash: &str,
     deadlines: Deadlines,
     stop: &Arc<AtomicBool>,
+    coupler: Alive,
 ) -> Result<(), ServeError> {
-    let mut connection =
-        Connection::<S>::open(address, deadlines.hello, Arc::clone(stop)).map_err(ServeError::Coupler)?;
+    let opened = Connection::<S>::open(address, deadlines.hello, Arc::clone(stop), coupler);
+    let mut connection = opened.map_err(ServeError::Coupler)?;
     let description = participant.describe().clone();
     shake_hands(&mut connection, &description, case_hash, deadlines)?;
     let mut session = Session {

@@ -168,10 +168,6 @@ impl Running {
         })
     }
 
-    pub fn ended(&mut self) -> bool {
-        self.child.try_wait().expect("a child of ours").is_some()
-    }
-
     /// Waits for its end, within the watchdog.
     pub fn wait(mut self) -> Ended {
         let started = Instant::now();

@@ -154,6 +154,7 @@ impl Participants {
             ("MENISCUS_RUN", address.connect()),
             ("MENISCUS_CASE", case.display().to_string()),
             ("MENISCUS_ROLE", role.to_string()),
+            ("MENISCUS_COUPLER", std::process::id().to_string()),
         ];
         let log = options.out.join(format!("{role}.log"));
         let child = Child::spawn(role, &command, &environment, &log)?;
