@@ -70,6 +70,9 @@ pub struct Run {
     /// Do not make the report at the end
     #[arg(long)]
     pub no_report: bool,
+    /// Prefix of everything in shared memory; whoever of a domain finds what a killed run of it left removes it
+    #[arg(long, env = "MENISCUS_DOMAIN", value_name = "NAME", hide = true)]
+    pub domain: Option<String>,
 }
 
 /// `meniscus report`.
@@ -83,10 +86,22 @@ pub struct Report {
 #[derive(Args)]
 pub struct Solver {
     /// Case file as the coupler resolved it: case.toml in the folder of the outputs, where this participant writes too
+    #[arg(env = "MENISCUS_CASE")]
     pub case: PathBuf,
+    /// The run.
+    #[command(flatten)]
+    pub join: Join,
+}
+
+/// The run that a participant joins.
+#[derive(Args)]
+pub struct Join {
     /// Name of the run to join, as the coupler prints or passes it
     #[arg(long, env = "MENISCUS_RUN", value_name = "ID")]
     pub run: String,
+    /// Process of the coupler; the participant ends when it does, also before it could join
+    #[arg(long, env = "MENISCUS_COUPLER", value_name = "PROCESS", hide = true)]
+    pub coupler: Option<u32>,
 }
 
 /// `meniscus mock`.
@@ -99,7 +114,7 @@ pub struct Mock {
     /// Case file as the coupler resolved it
     #[arg(long, env = "MENISCUS_CASE", value_name = "FILE")]
     pub case: PathBuf,
-    /// Name of the run to join
-    #[arg(long, env = "MENISCUS_RUN", value_name = "ID")]
-    pub run: String,
+    /// The run.
+    #[command(flatten)]
+    pub join: Join,
 }

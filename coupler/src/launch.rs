@@ -1,6 +1,9 @@
 //! Participants as processes of their own.
 
 use interfaces::Role;
+use interfaces::transport::Alive;
+use rustix::io::Errno;
+use rustix::process::{Pid, test_kill_process};
 use std::fs::{self, File};
 use std::io;
 use std::os::unix::process::CommandExt;
@@ -55,10 +58,12 @@ impl Child {
         Ok(Self { process, log: log.to_owned(), peak_memory_bytes: 0 })
     }
 
-    /// How the process ended, if it did: its exit status and the last line of its log.
+    /// How the process ended, if it did: its exit status, the last line of its log, and where the log is.
     pub fn ended(&mut self) -> Option<String> {
         let status = self.process.try_wait().ok().flatten()?;
-        let said = self.last_words().map_or(String::new(), |line| format!("; its last words: {line}"));
+        let said = self
+            .last_words()
+            .map_or(String::new(), |line| format!("; its last words, in {}: {line}", self.log.display()));
         Some(format!("{}{said}", describe(status)))
     }
 
@@ -68,9 +73,8 @@ impl Child {
         self.peak_memory_bytes
     }
 
-    /// Gives the process `grace` to end by itself, and kills it then.
-    pub fn end(&mut self, grace: Duration) {
-        let deadline = Instant::now() + grace;
+    /// Lets the process end by itself until `deadline`, and kills it then.
+    pub fn end(&mut self, deadline: Instant) {
         while matches!(self.process.try_wait(), Ok(None)) && Instant::now() < deadline {
             std::thread::sleep(LOOK);
         }
@@ -85,7 +89,7 @@ impl Child {
 
     fn last_words(&self) -> Option<String> {
         let text = fs::read_to_string(&self.log).ok()?;
-        text.lines().rev().find(|l| !l.trim().is_empty()).map(str::to_owned)
+        text.lines().rev().map(str::trim).find(|l| !l.is_empty()).map(str::to_owned)
     }
 }
 
@@ -93,6 +97,15 @@ impl Drop for Child {
     fn drop(&mut self) {
         self.kill();
     }
+}
+
+/// Says when the process of that number has ended. It need not be a child of ours.
+pub fn watch(process: u32) -> Alive {
+    let id = i32::try_from(process).ok().and_then(Pid::from_raw);
+    Box::new(move || {
+        let gone = id.is_none_or(|id| test_kill_process(id) == Err(Errno::SRCH));
+        gone.then(|| format!("process {process} has ended"))
+    })
 }
 
 /// Largest resident memory so far of a process, or of this one (bytes); zero where the system does not tell.
@@ -138,7 +151,11 @@ mod tests {
         let log = std::env::temp_dir().join(format!("meniscus-launch-{}.log", std::process::id()));
         let mut child = shell("echo working; echo giving up >&2; exit 3", &log);
         let ended = wait_for_end(&mut child);
-        assert_eq!(ended, "its process ended with exit code 3; its last words: giving up");
+        let place = log.display();
+        assert_eq!(
+            ended,
+            format!("its process ended with exit code 3; its last words, in {place}: giving up")
+        );
         let mut child = shell("kill -9 $$", &log);
         assert_eq!(wait_for_end(&mut child), "its process was ended by signal 9");
         fs::remove_file(&log).unwrap();

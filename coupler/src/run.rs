@@ -7,7 +7,7 @@ use crate::schemes::{Accepted, Onward, SchemeError, alone};
 use crate::side::{Side, SideError};
 use crate::{launch, progress::Progress};
 use interfaces::case::Case;
-use interfaces::case::resolved::StructureVelocity;
+use interfaces::case::resolved::{Start, StructureVelocity};
 use interfaces::{Participant, ParticipantError, Role, SubSteps, pairing};
 use output::summary::{RoleUse, Status, Summary};
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ use thiserror::Error;
 mod participants;
 
 use participants::Participants;
-pub use participants::{Build, Solvers, deadlines};
+pub use participants::{Build, Solvers, participant_deadlines};
 
 /// What the command line sets of a run.
 pub struct Options {
@@ -30,6 +30,8 @@ pub struct Options {
     pub in_process: bool,
     /// Whether nothing is drawn on the terminal.
     pub quiet: bool,
+    /// Domain of shared memory, where it is not the usual one.
+    pub domain: Option<String>,
     /// Becomes true when the run is told to stop.
     pub stop: Arc<AtomicBool>,
 }
@@ -46,6 +48,14 @@ pub enum RunError {
     /// Outputs could not be written.
     #[error(transparent)]
     Output(#[from] output::Error),
+    /// A participant that is not one of our solvers cannot be called in this process.
+    #[error(
+        "failed to call the {role} in this process: the case has another program for it ({role}.participant); leave out --in-process"
+    )]
+    NotInProcess {
+        /// Which participant.
+        role: Role,
+    },
     /// The folder of the outputs holds something else.
     #[error("failed to use {} as the folder of the outputs: {what}; choose another with --out", .path.display())]
     Folder {
@@ -72,6 +82,8 @@ impl RunError {
 
 /// File of the case as resolved, in the folder of the outputs.
 pub const CASE: &str = "case.toml";
+/// The line that tells a case as resolved from a case as written, which must not be overwritten.
+const RESOLVED: &str = "# The case as resolved by meniscus: every default filled in, all overrides applied.";
 /// File of the summary.
 pub const SUMMARY: &str = "summary.json";
 
@@ -85,7 +97,7 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
         threads: threads(case),
         ..Summary::default()
     };
-    let mut result = prepare_folder(&options.out, case);
+    let mut result = callable(case, options).and_then(|()| prepare_folder(&options.out, case));
     if result.is_ok() {
         result = couple(case, options, solvers, &mut summary);
         summary.wall_seconds = started.elapsed().as_secs_f64();
@@ -114,7 +126,21 @@ pub fn threads(case: &Case) -> usize {
 
 /// From participants to records; what is known at the end is put into the summary, also after a failure.
 fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summary) -> Result<(), RunError> {
-    let mut participants = Participants::start(case, options, solvers)?;
+    let mut participants = Participants::default();
+    let result = participants
+        .start(case, options, solvers)
+        .and_then(|()| windows(case, options, &mut participants, summary));
+    participants.end(summary, result.as_ref().err().is_none_or(RunError::is_interruption));
+    result
+}
+
+/// Initialises the participants and solves all windows.
+fn windows(
+    case: &Case,
+    options: &Options,
+    participants: &mut Participants,
+    summary: &mut Summary,
+) -> Result<(), RunError> {
     let mut schedule = schedule(case);
     let mut progress = Progress::new(schedule.time(), case.general.end_time, options.quiet);
     let stop = || options.stop.load(Ordering::Relaxed);
@@ -134,7 +160,7 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
                 Records::create(&options.out, &[&pair.fluid, &pair.structure], schedule.time())?;
             let result = scheme.run(&mut pair, &mut schedule, |accepted, pair| {
                 let sides = [&pair.fluid, &pair.structure];
-                record(&mut records, &mut progress, &mut participants, accepted, &sides)?;
+                record(&mut records, &mut progress, participants, accepted, &sides)?;
                 Ok(onward())
             });
             let sums = records.balances()?;
@@ -145,7 +171,7 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
             side.initialize(schedule.time(), points, None)?;
             let mut records = Records::create(&options.out, &[&side], schedule.time())?;
             let result = alone::run(&mut side, &mut schedule, |accepted, side| {
-                record(&mut records, &mut progress, &mut participants, accepted, &[side])?;
+                record(&mut records, &mut progress, participants, accepted, &[side])?;
                 Ok(onward())
             });
             let sums = records.balances()?;
@@ -158,7 +184,6 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
     summary.simulated_seconds = schedule.time();
     (summary.balances, summary.condition_46) = (sums.balances, sums.condition_46);
     (summary.fluid, summary.probes) = (sums.fluid, sums.probes);
-    participants.end(summary, result.is_ok());
     Ok(result?)
 }
 
@@ -211,12 +236,26 @@ fn fit(structure: &Side, fluid: &Side) -> Result<(), SchemeError> {
     if mismatches.is_empty() { Ok(()) } else { Err(SchemeError::Mismatch(mismatches)) }
 }
 
+/// Refuses, before anything is touched, to call a participant in this process that is no solver of ours.
+fn callable(case: &Case, options: &Options) -> Result<(), RunError> {
+    let starts = [
+        (Role::Structure, case.structure.as_ref().map(|s| &s.participant)),
+        (Role::Fluid, case.fluid.as_ref().map(|f| &f.participant)),
+    ];
+    let foreign = starts.into_iter().find(|(_, start)| start.is_some_and(|s| *s != Start::Own));
+    match foreign {
+        Some((role, _)) if options.in_process => Err(RunError::NotInProcess { role }),
+        _ => Ok(()),
+    }
+}
+
 /// Makes the folder, or empties it of an earlier run; writes the case as resolved.
 fn prepare_folder(out: &Path, case: &Case) -> Result<(), RunError> {
     let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
     std::fs::create_dir_all(out).map_err(|e| folder(e.to_string()))?;
     let mut entries = std::fs::read_dir(out).map_err(|e| folder(e.to_string()))?;
-    let holds_a_run = [CASE, SUMMARY].iter().any(|f| out.join(f).exists());
+    let holds_a_run =
+        std::fs::read_to_string(out.join(CASE)).is_ok_and(|text| text.lines().next() == Some(RESOLVED));
     if !holds_a_run && entries.next().is_some() {
         return Err(folder("it holds files that are not of an earlier run".to_owned()));
     }
@@ -231,11 +270,14 @@ fn prepare_folder(out: &Path, case: &Case) -> Result<(), RunError> {
         "fluid.pvd",
         "structure.pvd",
         "walls.pvd",
+        "fluid.log",
+        "structure.log",
     ];
     for name in files {
         remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;
     }
-    Ok(output::atomic::write_file(&out.join(CASE), case.to_toml().as_bytes())?)
+    let text = format!("{RESOLVED}\n\n{}", case.to_toml());
+    output::atomic::write_file(&out.join(CASE), text.as_bytes()).map_err(|e| folder(e.to_string()))
 }
 
 fn remove(path: &Path, how: impl Fn(&Path) -> std::io::Result<()>) -> std::io::Result<()> {

@@ -67,7 +67,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     {
         let mut idle = Idle::new(role, points.parse()?);
         let address = Address::parse(connect, role);
-        return Ok(serve(&mut idle, &address, "idle", Deadlines::default(), &Arc::default())?);
+        return Ok(serve(
+            &mut idle,
+            &address,
+            "idle",
+            Deadlines::default(),
+            &Arc::default(),
+            Box::new(|| None),
+        )?);
     }
     let points: Vec<usize> = arguments.iter().map(|a| a.parse()).collect::<Result<_, _>>()?;
     println!("   points   median      p10      p99   memcpy  (µs per window)");

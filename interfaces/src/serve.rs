@@ -1,8 +1,8 @@
 //! The participant's side: any participant, served to a coupler in another process.
 
 use crate::protocol::{Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, Selection, VERSION, Welcome};
-use crate::transport::{Address, Connection, Deadlines, Message, Service, ipc};
-use crate::{Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port};
+use crate::transport::{Address, Alive, Connection, Deadlines, Message, Service, ipc};
+use crate::{Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port, State};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -29,15 +29,17 @@ pub enum ServeError {
 
 /// Serves the participant to the coupler at that address until it is terminated. Blocks for the whole run.
 ///
-/// Errors and panics of the participant are told to the coupler and end the service. Nothing is printed.
+/// `coupler` says how the coupler's process ended, where the caller knows it: nothing else tells of a coupler that ended before there was a
+/// connection. Errors and panics of the participant are told to the coupler and end the service. Nothing is printed.
 pub fn serve(
     participant: &mut dyn Participant,
     address: &Address,
     case_hash: &str,
     deadlines: Deadlines,
     stop: &Arc<AtomicBool>,
+    coupler: Alive,
 ) -> Result<(), ServeError> {
-    serve_over::<ipc::Service>(participant, address, case_hash, deadlines, stop)
+    serve_over::<ipc::Service>(participant, address, case_hash, deadlines, stop, coupler)
 }
 
 /// [`serve`], over any of iceoryx2's services: tests use the one within a process.
@@ -47,9 +49,10 @@ pub fn serve_over<S: Service>(
     case_hash: &str,
     deadlines: Deadlines,
     stop: &Arc<AtomicBool>,
+    coupler: Alive,
 ) -> Result<(), ServeError> {
-    let mut connection =
-        Connection::<S>::open(address, deadlines.hello, Arc::clone(stop)).map_err(ServeError::Coupler)?;
+    let opened = Connection::<S>::open(address, deadlines.hello, Arc::clone(stop), coupler);
+    let mut connection = opened.map_err(ServeError::Coupler)?;
     let description = participant.describe().clone();
     shake_hands(&mut connection, &description, case_hash, deadlines)?;
     let mut session = Session {
@@ -150,7 +153,11 @@ impl Session<'_> {
         loop {
             let accepted = self.life.accepted();
             let during = || format!("while waiting for a request after {accepted} accepted windows");
-            let message = connection.receive(deadlines.request(), during).map_err(ServeError::Coupler)?;
+            let deadline = match self.life.state() {
+                State::Created => deadlines.first_request(),
+                _ => deadlines.next_request(),
+            };
+            let message = connection.receive(deadline, during).map_err(ServeError::Coupler)?;
             let (kind, sequence) = (message.kind(), message.header().sequence);
             if kind == Kind::Goodbye {
                 return Err(ServeError::Abandoned);
@@ -290,9 +297,10 @@ impl Session<'_> {
 /// before is lost. Messages that were under way are ignored; a coupler that is gone wants no answer.
 fn wait_for_goodbye<S: Service>(connection: &mut Connection<S>, deadlines: Deadlines) {
     let during = || "while leaving".to_owned();
-    while connection.receive(deadlines.request(), during).is_ok_and(|message| message.kind() != Kind::Goodbye)
-    {
-    }
+    while connection
+        .receive(deadlines.next_request(), during)
+        .is_ok_and(|message| message.kind() != Kind::Goodbye)
+    {}
 }
 
 fn wrong(request: &MessageHeader, what: &str) -> ParticipantError {

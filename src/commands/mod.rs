@@ -45,15 +45,26 @@ fn set_threads(case: &Case) {
     let _ = rayon::ThreadPoolBuilder::new().num_threads(case.general.threads).build_global();
 }
 
-/// A flag that Ctrl-C and SIGTERM set; a second signal ends the process at once.
+/// A flag that Ctrl-C, SIGTERM and the terminal's end (SIGHUP, unless `nohup` had it ignored) set; a second signal ends the process at once.
 fn stop_flag() -> std::io::Result<Arc<AtomicBool>> {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        if signal == SIGHUP && is_ignored(signal) {
+            continue;
+        }
         signal_hook::flag::register_conditional_shutdown(signal, i32::from(INTERRUPTED), Arc::clone(&stop))?;
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
     Ok(stop)
+}
+
+/// Whether this process was started with the signal ignored, where the system tells.
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
+        .is_some_and(|m| m >> (signal - 1) & 1 == 1)
 }
 
 fn failed(what: impl std::fmt::Display) -> ExitCode {

@@ -1,16 +1,15 @@
 //! `meniscus fluid`, `meniscus structure` and `meniscus mock`: one participant, served to a coupler.
 
 use super::{WRONG, failed};
-use crate::arguments::{Mock, Solver};
+use crate::arguments::{Join, Mock, Solver};
 use interfaces::case::Case;
-use interfaces::case::resolved::Start;
 use interfaces::{Address, Participant, Role};
 use std::path::Path;
 use std::process::ExitCode;
 
 /// Serves our own solver of one side.
 pub fn solver(arguments: &Solver, role: Role) -> ExitCode {
-    serve(&arguments.case, &arguments.run, role, |case| {
+    serve(&arguments.case, &arguments.join, role, |case| {
         super::set_threads(case);
         let out = arguments.case.parent().unwrap_or(Path::new("."));
         super::solver(case, role, out).map_err(|e| e.to_string())
@@ -24,12 +23,12 @@ pub fn mock(arguments: &Mock) -> ExitCode {
         Err(error) => return failed(error),
     };
     let role = participant.describe().role;
-    serve(&arguments.case, &arguments.run, role, |_| Ok(participant))
+    serve(&arguments.case, &arguments.join, role, |_| Ok(participant))
 }
 
 fn serve(
     case_file: &Path,
-    run: &str,
+    join: &Join,
     role: Role,
     build: impl FnOnce(&Case) -> Result<Box<dyn Participant>, String>,
 ) -> ExitCode {
@@ -48,9 +47,10 @@ fn serve(
         Ok(stop) => stop,
         Err(error) => return failed(error),
     };
-    let address = Address::parse(run, role);
-    let deadlines = coupler::run::deadlines(&case, &Start::Own);
-    match interfaces::serve(participant.as_mut(), &address, &case.hash(), deadlines, &stop) {
+    let address = Address::parse(&join.run, role);
+    let deadlines = coupler::run::participant_deadlines(&case);
+    let coupler = join.coupler.map_or_else(|| Box::new(|| None) as _, coupler::launch::watch);
+    match interfaces::serve(participant.as_mut(), &address, &case.hash(), deadlines, &stop, coupler) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => failed(error),
     }

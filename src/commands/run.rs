@@ -19,27 +19,35 @@ pub fn run(arguments: &Run) -> ExitCode {
         (Ok(executable), Ok(stop)) => (executable, stop),
         (Err(error), _) | (_, Err(error)) => return failed(error),
     };
-    let options =
-        Options { out: out.clone(), in_process: arguments.in_process, quiet: arguments.quiet, stop };
+    let options = Options {
+        out: out.clone(),
+        in_process: arguments.in_process,
+        quiet: arguments.quiet,
+        domain: arguments.domain.clone(),
+        stop,
+    };
     if arguments.in_process {
         super::set_threads(&case);
     }
     let build = |role| super::solver(&case, role, &out);
     let solvers = Solvers { in_process: &build, executable: &executable };
     let (summary, result) = coupler::run::run(&case, &options, &solvers);
+    if let Err(error @ (RunError::Folder { .. } | RunError::NotInProcess { .. })) = result {
+        return failed(error);
+    }
     print_end(&case, &summary, &out);
-    if let Err(error) = &result {
-        eprintln!("error: {error}");
+    match (&result, summary.status) {
+        (Err(error), Status::Interrupted) => eprintln!("interrupted: {error}"),
+        (Err(error), _) => eprintln!("error: {error}"),
+        (Ok(()), _) => {}
     }
-    if let Err(error @ (RunError::Folder { .. } | RunError::Launch(_))) = result {
-        // Nothing was computed: there is nothing to report on.
-        drop(error);
-        return ExitCode::from(FAILED);
-    }
-    if !arguments.no_report {
+    // Before the first window there is nothing to report on.
+    if !arguments.no_report && summary.windows > 0 {
         match output::report::write_report(&out) {
             Ok(page) => println!("report      {}", page.display()),
-            Err(error) => return failed(error),
+            // A run that failed keeps its own exit code.
+            Err(error) if summary.status == Status::Completed => return failed(error),
+            Err(error) => eprintln!("warning: {error}"),
         }
     }
     match summary.status {

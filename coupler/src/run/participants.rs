@@ -15,7 +15,7 @@ use output::summary::{RoleUse, Summary};
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Makes a participant in this process.
 pub type Build<'a> = dyn Fn(Role) -> Result<Box<dyn Participant>, ParticipantError> + 'a;
@@ -29,56 +29,65 @@ pub struct Solvers<'a> {
 }
 
 /// How long a participant that was told to end may take.
-const GRACE: Duration = Duration::from_secs(2);
+const GRACE: Duration = Duration::from_millis(1500);
 /// How long a participant that has to be started by hand may take to come, and to hear of a fault.
 const BY_HAND: Duration = Duration::from_secs(600);
 
 /// The participants of a run, and the processes behind them.
+#[derive(Default)]
 pub struct Participants {
     sides: ByRole<Side>,
     children: ByRole<Rc<RefCell<Child>>>,
+    /// An address of the run, where it has any.
+    address: Option<Address>,
 }
 
 impl Participants {
-    /// Makes or starts all participants of the case, and waits until each was heard of.
-    pub fn start(case: &Case, options: &Options, solvers: &Solvers) -> Result<Self, RunError> {
-        let mut participants = Self { sides: ByRole::new(), children: ByRole::new() };
+    /// Makes or starts all participants of the case, and waits until each was heard of. Whatever comes of it, [`Participants::end`] ends those
+    /// that were started.
+    pub fn start(&mut self, case: &Case, options: &Options, solvers: &Solvers) -> Result<(), RunError> {
         let starts = [
             (Role::Structure, case.structure.as_ref().map(|s| &s.participant)),
             (Role::Fluid, case.fluid.as_ref().map(|f| &f.participant)),
         ];
-        let starts = starts.into_iter().filter_map(|(role, start)| Some((role, start?)));
+        let mut starts: Vec<_> =
+            starts.into_iter().filter_map(|(role, start)| Some((role, start?))).collect();
         if options.in_process {
             for (role, _) in starts {
                 let made = (solvers.in_process)(role).map_err(|e| failed(role, "while starting", e))?;
-                participants.sides.insert(role, Side::new(guarded(made)));
+                self.sides.insert(role, Side::new(guarded(made)));
             }
-            return Ok(participants);
+            return Ok(());
         }
 
         let run = new_run();
+        // Those that a person starts come last: what the others find wrong is heard of at once.
+        starts.sort_by_key(|(_, start)| **start == Start::ByHand);
         // All are listened for before any is started, and all are started before any is waited for: they build their particles at the same time.
         let mut listening = Vec::new();
         for (role, start) in starts {
-            let address = Address::new(run.clone(), role);
+            let mut address = Address::new(run.clone(), role);
+            if let Some(domain) = &options.domain {
+                address = address.in_domain(domain);
+            }
             let failed = |e| failed(role, "while opening its connection", e);
             remove_stale(&address).map_err(failed)?;
             let expectations = Expectations { case_hash: case.hash(), dimension: case.general.dimension };
-            let waits = deadlines(case, start);
+            let waits = deadlines(case, *start == Start::ByHand);
             let open =
                 RemoteParticipant::listen(&address, expectations, waits, &options.stop).map_err(failed)?;
+            self.address = Some(address.clone());
             listening.push((role, start, address, open));
         }
         for (role, start, address, _) in &listening {
-            participants.launch(*role, start, address, options, solvers)?;
+            self.launch(*role, start, address, options, solvers)?;
         }
         for (role, _, _, open) in listening {
-            let remote = open
-                .wait_for_hello(participants.alive(role))
-                .map_err(|e| failed(role, "while shaking hands", e))?;
-            participants.sides.insert(role, Side::new(guarded(Box::new(remote))));
+            let remote =
+                open.wait_for_hello(self.alive(role)).map_err(|e| failed(role, "while shaking hands", e))?;
+            self.sides.insert(role, Side::new(guarded(Box::new(remote))));
         }
-        Ok(participants)
+        Ok(())
     }
 
     /// Hands over the side of that role, if the case has it.
@@ -93,17 +102,25 @@ impl Participants {
         }
     }
 
-    /// Waits for the processes to end, kills those that do not, and puts their memory into the summary. After a failure there is
-    /// nothing to wait for: whoever still runs does so because it hangs.
+    /// Waits for the processes to end, kills those that do not, removes what they leave in shared memory then, and puts their memory into
+    /// the summary. After a failure there is nothing to wait for: whoever still runs does so because it hangs.
     pub fn end(mut self, summary: &mut Summary, in_order: bool) {
+        // Sides that nobody took are told by this that nothing more is wanted.
+        self.sides.clear();
         self.look_at_memory();
         let coupler = summary.roles.entry("coupler".to_owned()).or_default();
         coupler.peak_memory_bytes = launch::peak_memory_bytes(None);
-        for (role, child) in self.children {
+        let grace = if in_order { GRACE } else { GRACE / 3 };
+        let deadline = Instant::now() + grace;
+        for (role, child) in &self.children {
             let mut child = child.borrow_mut();
             let used: &mut RoleUse = summary.roles.entry(role.to_string()).or_default();
             used.peak_memory_bytes = child.peak_memory_bytes();
-            child.end(if in_order { GRACE } else { GRACE / 4 });
+            child.end(deadline);
+        }
+        if let Some(address) = &self.address {
+            // What cannot be removed now is removed by the next run; it is no reason to call this one failed.
+            let _ = remove_stale(address);
         }
     }
 
@@ -116,6 +133,8 @@ impl Participants {
         solvers: &Solvers,
     ) -> Result<(), RunError> {
         let case = options.out.join(CASE);
+        // Who starts a participant by hand may stand elsewhere.
+        let case = std::path::absolute(&case).unwrap_or(case);
         let command = match start {
             Start::Own => {
                 let executable = solvers.executable.display().to_string();
@@ -124,7 +143,7 @@ impl Participants {
             Start::Command(words) => words.clone(),
             Start::ByHand => {
                 eprintln!(
-                    "waiting for the {role}; start it with MENISCUS_RUN={} MENISCUS_CASE={}",
+                    "waiting for the {role}; start it with MENISCUS_RUN={} MENISCUS_CASE={}, for example before `meniscus {role}`",
                     address.connect(),
                     case.display()
                 );
@@ -135,6 +154,7 @@ impl Participants {
             ("MENISCUS_RUN", address.connect()),
             ("MENISCUS_CASE", case.display().to_string()),
             ("MENISCUS_ROLE", role.to_string()),
+            ("MENISCUS_COUPLER", std::process::id().to_string()),
         ];
         let log = options.out.join(format!("{role}.log"));
         let child = Child::spawn(role, &command, &environment, &log)?;
@@ -154,12 +174,17 @@ impl Participants {
     }
 }
 
-/// How long to wait for a participant of this case.
-pub fn deadlines(case: &Case, start: &Start) -> Deadlines {
-    let answer =
-        case.coupling.as_ref().map_or(Deadlines::default().answer, |c| Duration::from_secs_f64(c.deadline));
-    let hello = if *start == Start::ByHand { BY_HAND } else { Deadlines::default().hello };
-    Deadlines { hello, answer }
+/// How long a participant of this case waits for the coupler, which may be waiting for the other one to be started by hand.
+pub fn participant_deadlines(case: &Case) -> Deadlines {
+    let starts =
+        [case.structure.as_ref().map(|s| &s.participant), case.fluid.as_ref().map(|f| &f.participant)];
+    deadlines(case, starts.contains(&Some(&Start::ByHand)))
+}
+
+fn deadlines(case: &Case, by_hand: bool) -> Deadlines {
+    let usual = Deadlines::default();
+    let answer = case.coupling.as_ref().map_or(usual.answer, |c| Duration::from_secs_f64(c.deadline));
+    Deadlines { hello: if by_hand { BY_HAND } else { usual.hello }, answer }
 }
 
 fn failed(role: Role, during: &str, source: ParticipantError) -> SchemeError {

@@ -57,11 +57,12 @@ impl<S: Service> Connection<S> {
         Self::over(node, incoming, outgoing, stop)
     }
 
-    /// The participant's side; it opens the services, and waits for them until the deadline.
+    /// The participant's side; it opens the services, and waits for them until the deadline, or the end of the coupler as `alive` tells it.
     pub fn open(
         address: &Address,
         deadline: Duration,
         stop: Arc<AtomicBool>,
+        mut alive: Alive,
     ) -> Result<Self, ParticipantError> {
         let node = OwnNode::<S>::new(address)?;
         let end = Instant::now() + deadline;
@@ -70,7 +71,11 @@ impl<S: Service> Connection<S> {
             let opened = open_services(&node, &address.to_participant())
                 .and_then(|incoming| Ok((incoming, open_services(&node, &address.to_coupler())?)));
             match opened {
-                Ok((incoming, outgoing)) => return Self::over(node, incoming, outgoing, stop),
+                Ok((incoming, outgoing)) => {
+                    let mut connection = Self::over(node, incoming, outgoing, stop)?;
+                    connection.watch(alive);
+                    return Ok(connection);
+                }
                 Err(NotOpened::Never(what)) => {
                     return Err(ParticipantError::Transport { during: during(), what });
                 }
@@ -83,7 +88,12 @@ impl<S: Service> Connection<S> {
                         seconds: deadline.as_secs_f64(),
                     });
                 }
-                Err(NotOpened::NotYet) => sleep(RETRY),
+                Err(NotOpened::NotYet) => match alive() {
+                    Some(how) => {
+                        return Err(ParticipantError::Died { during: format!("{} ({how})", during()) });
+                    }
+                    None => sleep(RETRY),
+                },
             }
         }
     }

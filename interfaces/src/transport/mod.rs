@@ -34,10 +34,16 @@ impl Default for Deadlines {
 }
 
 impl Deadlines {
-    /// For the next request. Between two requests to a participant the coupler may have to wait for the other participant to appear
-    /// and to answer; twice, where that one initialises before it solves.
-    pub fn request(&self) -> Duration {
+    /// For the first request. After a participant's handshake the coupler may have to wait for the other one to appear and to answer; twice,
+    /// where that one initialises before it solves.
+    pub fn first_request(&self) -> Duration {
         self.hello + 2 * self.answer
+    }
+
+    /// For every other request, between two of which the coupler may have to wait for two answers of the other participant, and needs a
+    /// moment for its own work.
+    pub fn next_request(&self) -> Duration {
+        2 * self.answer + Duration::from_secs(1)
     }
 }
 

@@ -29,7 +29,9 @@ fn accept_hello(listening: Listening<local::Service>) -> Result<Remote, Particip
 
 fn serving(address: &Address, mut echo: Echo) -> JoinHandle<Result<(), ServeError>> {
     let address = address.clone();
-    spawn(move || serve_over::<local::Service>(&mut echo, &address, HASH, long(), &Arc::default()))
+    spawn(move || {
+        serve_over::<local::Service>(&mut echo, &address, HASH, long(), &Arc::default(), Box::new(|| None))
+    })
 }
 
 #[test]
@@ -110,7 +112,14 @@ fn a_coupler_that_is_silent_too_long_is_given_up() {
         let deadlines = Deadlines { hello: Duration::from_secs(2), answer: Duration::from_millis(50) };
         move || {
             let mut echo = Echo::new(5, "none");
-            serve_over::<local::Service>(&mut echo, &address, HASH, deadlines, &Arc::default())
+            serve_over::<local::Service>(
+                &mut echo,
+                &address,
+                HASH,
+                deadlines,
+                &Arc::default(),
+                Box::new(|| None),
+            )
         }
     });
     let structure = accept_hello(listening).unwrap();
@@ -126,7 +135,8 @@ fn wake_ups_that_nobody_waited_for_do_no_harm() {
     let address = address(&domain);
     let during = || "while sending to itself".to_owned();
     let mut coupler = Connection::<ipc::Service>::create(&address, Arc::default()).unwrap();
-    let mut participant = Connection::<ipc::Service>::open(&address, long().hello, Arc::default()).unwrap();
+    let mut participant =
+        Connection::<ipc::Service>::open(&address, long().hello, Arc::default(), Box::new(|| None)).unwrap();
     // Whoever answers before it is waited for leaves its wake-up behind; more of them than a socket holds.
     for sequence in 0..20_000 {
         coupler.send(MessageHeader::new(Kind::Save, sequence), &Payload::default(), true, during).unwrap();
@@ -144,7 +154,9 @@ fn by_hand(address: &Address, version: u32, reply: Reply) -> JoinHandle<()> {
     spawn(move || {
         let during = || "by hand".to_owned();
         let deadline = long().answer;
-        let mut connection = Connection::<local::Service>::open(&address, deadline, Arc::default()).unwrap();
+        let mut connection =
+            Connection::<local::Service>::open(&address, deadline, Arc::default(), Box::new(|| None))
+                .unwrap();
         let description = Echo::new(3, "none").describe().clone();
         let outputs = description.fields(Direction::Out, 3);
         let hello = serde_json::to_string(&Hello { case_hash: HASH.to_owned(), description }).unwrap();

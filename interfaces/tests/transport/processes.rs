@@ -33,7 +33,8 @@ fn child() {
     } else {
         let mut echo = Echo::new(points, misdeed);
         echo.description.dimension = dimension.parse().unwrap();
-        serve(&mut echo, &address, hash, long(), &Arc::default()).map_err(|e| e.to_string())
+        serve(&mut echo, &address, hash, long(), &Arc::default(), Box::new(|| None))
+            .map_err(|e| e.to_string())
     };
     if let Err(error) = &ended {
         eprintln!("{error}");

@@ -28,7 +28,7 @@ pub mod stand_in;
 pub mod structure;
 
 pub use faulty::{Fault, Faulty};
-pub use fluid::{AddedMassColumn, Constant, Hydrostatic, WallModel};
+pub use fluid::{AddedMassColumn, Constant, GivenVelocity, Hydrostatic, WallModel};
 pub use recording::{Log, Recorded, Recording};
 pub use scripted::{Script, Scripted};
 pub use spec::{MockSpec, build, help};

@@ -1,6 +1,9 @@
 //! Mocks from words of a command line: `spring-mass --points 40 --dimension 2 --stiffness 1e4 --fault nan@12`.
 
-use crate::{AddedMassColumn, Constant, Fault, Faulty, Hydrostatic, Integration, Law, Points, Prescribed};
+use crate::{
+    AddedMassColumn, Constant, Fault, Faulty, GivenVelocity, Hydrostatic, Integration, Law, Points,
+    Prescribed,
+};
 use crate::{Model, Rigid, Script, Scripted, SpringMass, StandIn, WallModel, fluid::Load};
 use interfaces::Participant;
 use std::collections::BTreeMap;
@@ -101,6 +104,11 @@ const KINDS: &[Kind] = &[
         options: &[
             ("mass", None, "mass of the column (kg)"),
             ("wall", Some("moving"), "what it takes the structure for: moving or compliant"),
+            (
+                "velocity",
+                Some("mean"),
+                "what the coupler gives a compliant wall, as coupling.structure_velocity: mean or end",
+            ),
             ("axis", Some("up"), "out of the structure into the column: x, y, z or up (the last)"),
             ("gravity", Some("0"), "gravity against the axis (m/s²)"),
             ("area", Some("1"), "area over which its force is a pressure (m²)"),
@@ -313,6 +321,10 @@ fn make(read: &mut Read) -> Option<Box<dyn Participant>> {
                 _ => d - 1,
             };
             let mut mock = AddedMassColumn::new(d, read.at_least("mass", 0.0), axis, wall);
+            mock.velocity = match read.one_of("velocity", &["mean", "end"])? {
+                "mean" => GivenVelocity::Mean,
+                _ => GivenVelocity::End,
+            };
             mock.load = read.load(d);
             mock.gravity = read.number("gravity");
             mock.area = read.positive("area");

@@ -130,7 +130,7 @@ fn iterations_of_a_moving_wall_contract_by_the_relaxation_alone() {
 fn a_compliant_column_is_stable_for_any_mass_and_relaxation() {
     for mass_ratio in [0.5, 9.0, 100.0] {
         for relaxation in [0.3, 0.5, 1.0] {
-            let fluid = format!("added-mass-column wall=compliant mass={}", mass_ratio * MASS);
+            let fluid = format!("added-mass-column wall=compliant velocity=end mass={}", mass_ratio * MASS);
             let wet = 2.0 * PI * (MASS * (1.0 + mass_ratio) / STIFFNESS).sqrt();
             let mut pair =
                 Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, relaxation, wet / 200.0);
@@ -171,7 +171,7 @@ fn the_wet_period_errs_by_the_second_order_and_the_damping_by_the_first() {
         let omega = (STIFFNESS / (MASS * (1.0 + mu))).sqrt();
         let (wet, lag) = (2.0 * PI / omega, (1.0 - r) / r);
         let size = wet / windows;
-        let fluid = format!("added-mass-column wall=compliant mass={}", mu * MASS);
+        let fluid = format!("added-mass-column wall=compliant velocity=end mass={}", mu * MASS);
         let mut pair = Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, r, size);
         let heights: Vec<f64> = (0..(6.0 * windows) as usize).map(|_| pair.advance(1, true).1).collect();
         let (period, decrement) = oscillation(&heights, size);
@@ -199,7 +199,7 @@ fn the_wet_period_errs_by_the_second_order_and_the_damping_by_the_first() {
 
 #[test]
 fn a_column_at_rest_weighs_on_the_spring() {
-    let fluid = "added-mass-column wall=compliant mass=20 gravity=9.81";
+    let fluid = "added-mass-column wall=compliant velocity=end mass=20 gravity=9.81";
     let mut pair = Pair::new(&format!("{STRUCTURE} damping=600"), fluid, 0.5, 1e-3);
     let (force, height) = (0..3000).map(|_| pair.advance(1, true)).last().expect("windows");
     // 20 kg · 9.81 m/s² = 196.2 N, 4.905 cm at 4 kN/m; the damping leaves e^{−30} after 3 s.

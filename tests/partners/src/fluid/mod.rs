@@ -5,7 +5,7 @@ mod constant;
 mod hydrostatic;
 mod load;
 
-pub use added_mass_column::{AddedMassColumn, WallModel};
+pub use added_mass_column::{AddedMassColumn, GivenVelocity, WallModel};
 pub use constant::Constant;
 pub use hydrostatic::Hydrostatic;
 pub use load::Load;

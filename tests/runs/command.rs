@@ -1,0 +1,268 @@
+//! What the command says: mistakes all at once with their exit codes, help, check, schema, outputs, and partners of a user's own.
+
+use crate::support::{Bench, COARSE, Ended, MENISCUS};
+use interfaces::Role;
+use output::summary::Status;
+use std::fs;
+
+/// A mistake in the case has exit code 2, all else 1; both say `words`, and print nothing else.
+fn refused(ended: &Ended, code: i32, words: &[&str]) {
+    assert_eq!(ended.status.code(), Some(code), "{}{}", ended.text, ended.errors);
+    for word in words {
+        assert!(ended.errors.contains(word), "`{word}` is not in: {}", ended.errors);
+    }
+    assert_eq!(ended.text, "");
+}
+
+/// A copy of the gate's case with one passage changed.
+fn changed(bench: &Bench, from: &str, to: &str) -> String {
+    let text = fs::read_to_string("cases/elastic_gate/case.toml").expect("the gate's case");
+    assert!(text.contains(from), "`{from}` is not in the gate's case");
+    let file = bench.path("case.toml");
+    fs::write(&file, text.replacen(from, to, 1)).expect("a case");
+    file.display().to_string()
+}
+
+#[test]
+fn a_mistake_in_the_case_is_one_clear_error() {
+    let bench = Bench::new();
+    for (from, to, message) in [
+        (
+            "density = 1000.0",
+            "densty = 1000.0",
+            "fluid.densty = 1000.0: there is no such key; did you mean \"density\"?",
+        ),
+        (
+            "density = 1000.0",
+            "density = \"water\"",
+            "fluid.density = \"water\": is a string, but must be a number",
+        ),
+        ("density = 1000.0", "density = -1000.0", "fluid.density = -1000.0: must be over 0"),
+        (
+            "law = \"almansi-hooke\"",
+            "law = \"granite\"",
+            "structure.material.law = \"granite\": is none of \"almansi-hooke\"",
+        ),
+        ("[structure.material]", "[structure.other]", "structure.material"),
+        ("low = [0.1, 0.079]", "low = [0.09, 0.079]", "overlap"),
+    ] {
+        let case = changed(&bench, from, to);
+        for words in [["check", &case].as_slice(), &["run", &case, "--out", "/dev/null/out"]] {
+            refused(&bench.call(words), 2, &["case.toml: ", message]);
+        }
+    }
+}
+
+#[test]
+fn all_mistakes_are_told_at_once() {
+    let bench = Bench::new();
+    let ended = bench.call(&[
+        "run",
+        "cases/elastic_gate",
+        "--set",
+        "fluid.density=-1",
+        "--set",
+        "structure.material.law=granite",
+        "--set",
+        "coupling.relaxaton=0.4",
+        "--end-time",
+        "0",
+    ]);
+    let words = ["4 mistakes", "fluid.density = -1", "granite", "relaxaton", "did you mean", "case.end_time"];
+    refused(&ended, 2, &words);
+}
+
+#[test]
+fn what_is_not_there_is_named() {
+    let bench = Bench::new();
+    refused(&bench.call(&["run", "cases/no_such_case"]), 2, &["cases/no_such_case"]);
+    refused(&bench.call(&["report", "/no/such/folder"]), 1, &["/no/such/folder"]);
+    refused(&bench.call(&["run", "cases/elastic_gate", "--end-time", "soon"]), 2, &["soon"]);
+    refused(&bench.call(&["fluid", "cases/elastic_gate"]), 2, &["--run"]);
+    let mock = ["mock", "--case", "cases/elastic_gate", "--run", "none", "spring-mass", "stifness=3"];
+    refused(&bench.call(&mock), 1, &["has no option `stifness`"]);
+}
+
+#[test]
+fn a_folder_that_cannot_take_the_outputs_is_refused_untouched() {
+    let bench = Bench::new();
+    // A file where the folder should be: nobody may write there, whatever their rights.
+    fs::write(bench.path("file"), "mine").expect("a file");
+    let out = bench.path("file").join("out").display().to_string();
+    let ended = bench.call(&[["run"].as_slice(), &COARSE, &["--out", &out]].concat());
+    refused(&ended, 1, &["file/out as the folder of the outputs", "choose another with --out"]);
+
+    fs::create_dir(bench.path("foreign")).expect("a folder");
+    fs::write(bench.path("foreign").join("thesis.tex"), "mine").expect("a file");
+    refused(&bench.start_run("foreign", &COARSE).wait(), 1, &["files that are not of an earlier run"]);
+    assert_eq!(fs::read_dir(bench.path("foreign")).expect("a folder").count(), 1);
+
+    // The folder of a case is no folder of outputs, though it has a case.toml too.
+    fs::create_dir(bench.path("case")).expect("a folder");
+    let case = bench.path("case").join("case.toml");
+    fs::copy("cases/elastic_gate/case.toml", &case).expect("a case");
+    let words = [&[case.to_str().expect("a plain path")], &COARSE[1..]].concat();
+    refused(&bench.start_run("case", &words).wait(), 1, &["files that are not of an earlier run"]);
+    let text = fs::read_to_string(&case).expect("the case");
+    assert_eq!(text, fs::read_to_string("cases/elastic_gate/case.toml").expect("the case"));
+}
+
+#[test]
+fn the_folder_of_an_earlier_run_is_used_again() {
+    let bench = Bench::new();
+    let first = bench.coarse_gate("out", &["--set", "case.end_time=0.04"]);
+    let (windows, snapshots) = (first.table("windows.csv").rows(), first.snapshots().len());
+    fs::write(first.0.join("notes.txt"), "mine").expect("a note");
+    // The resolved case runs as it is, in the folder of its own outputs too.
+    let resolved = first.0.join("case.toml").display().to_string();
+    let ended =
+        bench.start_run("out", &[&resolved, "--end-time", "0.02", "--in-process", "--no-report"]).wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    let second = bench.outputs("out");
+    assert!(second.table("windows.csv").rows() < windows && second.snapshots().len() < snapshots);
+    assert!(second.0.join("notes.txt").exists());
+    assert!(!second.0.join("fluid.log").exists(), "a log of the earlier run");
+    crate::support::assert_same(&second, &bench.coarse_gate("fresh", &[]));
+}
+
+#[test]
+fn check_prints_what_would_run_and_writes_nothing() {
+    let bench = Bench::new();
+    let ended = bench.call(&["check", "cases/elastic_gate", "--set", "case.particle_spacing=2.5e-3"]);
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    for word in
+        ["no mistakes found", "fluid", "structure", "particles", "stable sub-step", "expected windows"]
+    {
+        assert!(ended.text.contains(word), "{word}: {}", ended.text);
+    }
+    // Geometry that a solver refuses is found before the run, too.
+    let ended = bench.call(&["check", "cases/elastic_gate", "--set", "case.particle_spacing=5e-3"]);
+    assert_ne!(ended.status.code(), Some(0), "{}", ended.text);
+    assert!(ended.errors.contains("at least two particles through the thickness"), "{}", ended.errors);
+}
+
+#[test]
+fn the_schema_is_json_and_every_command_has_help() {
+    let bench = Bench::new();
+    let schema = bench.call(&["schema"]);
+    let schema: serde_json::Value = serde_json::from_str(&schema.text).expect("JSON");
+    assert!(schema["properties"]["coupling"].is_object());
+    for command in ["run", "check", "report", "fluid", "structure", "mock", "schema"] {
+        let help = bench.call(&[command, "--help"]);
+        assert_eq!(help.status.code(), Some(0));
+        assert!(help.text.contains("Usage: meniscus") && help.text.contains(command), "{}", help.text);
+    }
+    let help = bench.call(&["mock", "--help"]).text;
+    for kind in ["spring-mass", "added-mass-column", "hydrostatic", "scripted", "--fault"] {
+        assert!(help.contains(kind), "{kind}: {help}");
+    }
+    assert_eq!(bench.call(&[]).status.code(), Some(2));
+}
+
+#[test]
+fn a_run_says_how_it_went_and_reports() {
+    let bench = Bench::new();
+    let words = [&COARSE[..7], &["--set", "fluid.density=998"]].concat();
+    let ended = bench.start_run("out", &words).wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    // No bar where standard error is no terminal.
+    assert_eq!(ended.errors, "");
+    let outputs = bench.outputs("out");
+    for word in
+        ["completed", "windows to t = 0.020000 s", "fluid", "structure", "tip.ux", "(46)", "report.html"]
+    {
+        assert!(ended.text.contains(word), "{word}: {}", ended.text);
+    }
+    assert!(outputs.0.join("report.html").exists() && outputs.0.join("fluid.log").exists());
+    let resolved = fs::read_to_string(outputs.0.join("case.toml")).expect("the case as resolved");
+    assert!(resolved.contains("density = 998.0") && resolved.contains("end_time = 0.02"));
+    let summary = outputs.summary();
+    assert_eq!((summary.status, summary.message), (Status::Completed, None));
+    assert_eq!(summary.simulated_seconds, 0.02);
+    assert_eq!(summary.windows as usize, outputs.table("windows.csv").rows());
+    fs::remove_file(outputs.0.join("report.html")).expect("the report");
+    let report = bench.call(&["report", outputs.0.to_str().expect("a plain path")]);
+    assert_eq!(report.status.code(), Some(0), "{}", report.errors);
+    assert!(outputs.0.join("report.html").exists());
+}
+
+#[test]
+fn one_side_alone_runs_by_the_same_command() {
+    let bench = Bench::new();
+    for (case, end_time, absent) in
+        [("cases/hydrostatic_tank", "0.02", "structure"), ("cases/oscillating_plate", "0.005", "fluid")]
+    {
+        let interval = format!("case.output_interval={end_time}");
+        let words = [case, "--end-time", end_time, "--set", &interval, "--no-report"];
+        let [processes, in_process] =
+            [("processes", None), ("in-process", Some("--in-process"))].map(|(out, mode)| {
+                let words: Vec<_> = words.into_iter().chain(mode).collect();
+                let ended = bench.start_run(out, &words).wait();
+                assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+                bench.outputs(out)
+            });
+        crate::support::assert_same(&processes, &in_process);
+        assert!(processes.snapshots().len() >= 2 && processes.table("windows.csv").rows() > 0);
+        assert!(!processes.0.join(format!("{absent}.log")).exists());
+    }
+}
+
+/// `<role>.participant.command` for `meniscus mock <words>`.
+fn mock(role: Role, words: &str) -> String {
+    let words: Vec<_> = words.split_whitespace().map(|word| format!("\"{word}\"")).collect();
+    format!("{role}.participant.command=[\"{MENISCUS}\", \"mock\", {}]", words.join(", "))
+}
+
+#[test]
+fn a_mock_stands_on_either_side_of_a_solver() {
+    let bench = Bench::new();
+    // A rigid gate of 2 x 30 particles where the case has its own, before the real fluid.
+    let gate = mock(Role::Structure, "rigid grid=2x30 spacing=2.5e-3 origin=0.10125,0.00125");
+    let ended = bench.start_run("rigid", &[&COARSE, ["--set", &gate].as_slice()].concat());
+    let ended = ended.wait();
+    // Probes on the structure are the structure's to give: a mock gives none, and the run goes on.
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    let outputs = bench.outputs("rigid");
+    let probes = outputs.table("probes.csv");
+    assert!(probes.get("tank.fx").is_some() && probes.get("tip.ux").is_none());
+
+    // A constant load on the real structure: 100 kPa/m on 0.005 m x 0.079 m push with 39.5 N.
+    let load = mock(Role::Fluid, "constant gradient=-1e5,0");
+    let ended = bench.start_run("loaded", &[&COARSE, ["--set", &load].as_slice()].concat()).wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    let outputs = bench.outputs("loaded");
+    let force = outputs.table("probes.csv").get("gate.fx").expect("a probe of the structure").to_vec();
+    let held = *force.last().expect("windows");
+    // The lattice tiles the box exactly, and the constant load has passed the relaxation.
+    assert!((held - 39.5).abs() < 39.5 * 1e-6, "{held}");
+
+    let in_process =
+        bench.start_run("refused", &[&COARSE, ["--set", &load, "--in-process"].as_slice()].concat());
+    refused(&in_process.wait(), 1, &["fluid", "participant", "leave out --in-process"]);
+    assert!(!bench.path("refused").exists());
+}
+
+#[test]
+fn a_participant_may_be_started_by_hand() {
+    let bench = Bench::new();
+    let reference = bench.coarse_gate("reference", &[]);
+    let by_hand = ["--set", "structure.participant.start=by-hand"];
+    let run = bench.start_run("out", &[&COARSE, by_hand.as_slice()].concat());
+    let line = crate::support::until("the coupler's call", || {
+        let errors = run.printed("err");
+        errors
+            .ends_with('\n')
+            .then(|| errors.lines().find(|l| l.contains("waiting for the structure")).map(str::to_owned))?
+    });
+    let mut structure = bench.command(&["structure"]);
+    for word in line.split([' ', ',']).filter(|word| word.starts_with("MENISCUS_")) {
+        let (key, value) = word.split_once('=').expect("a variable and its value");
+        structure.env(key, value);
+    }
+    let structure = crate::support::Running::spawn(structure, &bench.path("structure"));
+    let (ended, structure) = (run.wait(), structure.wait());
+    assert_eq!(structure.status.code(), Some(0), "{}", structure.errors);
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    // `start` is a key of the case, but of no result.
+    crate::support::assert_same(&reference, &bench.outputs("out"));
+}

@@ -1,0 +1,307 @@
+//! Every way in which a process of a run can end, and what the others make of it.
+//!
+//! No test asserts a time. Where a death must be noticed, the deadline of an answer is the usual minute, and [`noticed`] allows a fraction of it.
+
+use crate::support::{Bench, COARSE, Ended, Outputs, Running, assert_same, gone, until};
+use interfaces::Role;
+use output::summary::Status;
+use rustix::process::{Pid, Signal, kill_process};
+use std::time::{Duration, Instant};
+
+/// A run of the coarse gate that does not end by itself while a test looks.
+fn endless(bench: &Bench, out: &str, words: &[&str]) -> Running {
+    bench.start_run(out, &[&COARSE, ["--set", "case.end_time=60"].as_slice(), words].concat())
+}
+
+/// Waits until so many windows are recorded.
+fn wait_for_windows(bench: &Bench, out: &str, windows: usize) {
+    let file = bench.path(out).join("windows.csv");
+    until("the windows", || {
+        let rows = output::table::read(&file).map_or(0, |table| table.rows());
+        (rows >= windows).then_some(())
+    });
+}
+
+/// Waits for the end, which must come from the event and not from the deadline of a minute.
+fn noticed(run: Running) -> Ended {
+    let started = Instant::now();
+    let ended = run.wait();
+    let seconds = started.elapsed().as_secs_f64();
+    println!("ended after {seconds:.2} s: {}", ended.errors);
+    assert!(seconds < 20.0, "{seconds} s: the deadline ended it: {}", ended.errors);
+    ended
+}
+
+/// A failed run has its exit code, names what is in `words`, and leaves everything readable and nobody behind.
+fn failed_in_order(bench: &Bench, out: &str, ended: &Ended, words: &[&str]) -> Outputs {
+    assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
+    let outputs = bench.outputs(out);
+    let summary = outputs.summary();
+    let message = summary.message.expect("a failed run says why");
+    assert_eq!(summary.status, Status::Failed);
+    assert!(ended.errors.contains(&format!("error: {message}")), "{}", ended.errors);
+    for word in words {
+        assert!(message.contains(word), "`{word}` is not in: {message}");
+    }
+    assert_eq!(bench.left(), Vec::<String>::new(), "after: {message}");
+    outputs
+}
+
+/// What stands in the tables is whole and begins like the run that was not disturbed.
+fn readable(outputs: &Outputs, windows: usize) {
+    let table = outputs.table("windows.csv");
+    assert!(table.rows() >= windows, "{} windows of {windows}", table.rows());
+    assert!(outputs.table("probes.csv").rows() >= windows);
+    // The start, and the output due in the meantime.
+    assert!(outputs.snapshots().len() >= 2);
+}
+
+#[test]
+fn a_killed_participant_is_named_and_nothing_is_left() {
+    for victim in [Role::Fluid, Role::Structure] {
+        for windows in [0, 10, 60] {
+            let bench = Bench::new();
+            let run = endless(&bench, "out", &[]);
+            let others = [Role::Fluid, Role::Structure].map(|role| run.participant(role));
+            if windows > 0 {
+                wait_for_windows(&bench, "out", windows);
+            }
+            kill_process(run.participant(victim), Signal::KILL).expect("it runs");
+            let ended = noticed(run);
+            let name = format!("the {victim} failed while");
+            let outputs = failed_in_order(&bench, "out", &ended, &[&name, "signal 9"]);
+            if windows > 0 {
+                assert!(ended.errors.contains("window "), "{}", ended.errors);
+                readable(&outputs, windows);
+            }
+            assert!(others.into_iter().all(gone));
+            let report = bench.call(&["report", &outputs.0.display().to_string()]);
+            assert_eq!(report.status.code(), Some(0), "{}", report.errors);
+        }
+    }
+}
+
+#[test]
+fn participants_of_a_killed_coupler_end_by_themselves() {
+    for windows in [0, 10, 60] {
+        let bench = Bench::new();
+        let run = endless(&bench, "out", &[]);
+        let participants = [Role::Fluid, Role::Structure].map(|role| run.participant(role));
+        if windows > 0 {
+            wait_for_windows(&bench, "out", windows);
+        }
+        run.signal(Signal::KILL);
+        let killed = Instant::now();
+        assert_eq!(noticed(run).status.code(), None);
+        for participant in participants {
+            until("the participant's end", || gone(participant).then_some(()));
+        }
+        println!("participants ended {:.2} s after the coupler", killed.elapsed().as_secs_f64());
+        assert!(killed.elapsed() < Duration::from_secs(20), "a deadline ended them");
+        let outputs = bench.outputs("out");
+        assert!(!outputs.0.join("summary.json").exists());
+        if windows > 0 {
+            readable(&outputs, windows);
+            for role in ["fluid", "structure"] {
+                let log = std::fs::read_to_string(outputs.0.join(format!("{role}.log"))).expect("a log");
+                assert!(log.contains("error: lost the coupler: its process died"), "{log}");
+            }
+            let report = bench.call(&["report", &outputs.0.display().to_string()]);
+            assert_eq!(report.status.code(), Some(0), "{}", report.errors);
+        }
+        assert_eq!(bench.left(), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn a_stopped_participant_is_given_up_at_the_deadline() {
+    for victim in [Role::Fluid, Role::Structure] {
+        let bench = Bench::new();
+        let run = endless(&bench, "out", &["--set", "coupling.deadline=1"]);
+        wait_for_windows(&bench, "out", 10);
+        let others = [Role::Fluid, Role::Structure].map(|role| run.participant(role));
+        kill_process(run.participant(victim), Signal::STOP).expect("it runs");
+        let name = format!("the {victim} failed while solving window ");
+        let deadline = "it gave no answer within its deadline of 1 s while solving window ";
+        let ended = noticed(run);
+        readable(&failed_in_order(&bench, "out", &ended, &[&name, deadline]), 10);
+        assert!(others.into_iter().all(gone));
+    }
+}
+
+#[test]
+fn a_stopped_coupler_is_given_up_and_ends_when_it_wakes() {
+    let bench = Bench::new();
+    let run = endless(&bench, "out", &["--set", "coupling.deadline=1"]);
+    wait_for_windows(&bench, "out", 10);
+    let participants = [Role::Fluid, Role::Structure].map(|role| run.participant(role));
+    run.signal(Signal::STOP);
+    // They are children of a stopped process, which does not ask for their exit codes: they stay as zombies.
+    for participant in participants {
+        until("the participant's end", || gone(participant).then_some(()));
+    }
+    for role in ["fluid", "structure"] {
+        let log = std::fs::read_to_string(bench.path("out").join(format!("{role}.log"))).expect("a log");
+        assert!(log.contains("it gave no answer within its deadline of 3 s"), "{log}");
+    }
+    run.signal(Signal::CONT);
+    let ended = noticed(run);
+    readable(&failed_in_order(&bench, "out", &ended, &["failed while", "exit code 1"]), 10);
+}
+
+#[test]
+fn an_interrupted_run_ends_in_order() {
+    for (windows, signal) in [(0, Signal::INT), (10, Signal::INT), (10, Signal::TERM)] {
+        let bench = Bench::new();
+        let run = endless(&bench, "out", &[]);
+        let participants = [Role::Fluid, Role::Structure].map(|role| run.participant(role));
+        if windows > 0 {
+            wait_for_windows(&bench, "out", windows);
+        }
+        run.signal(signal);
+        let ended = noticed(run);
+        assert_eq!(ended.status.code(), Some(130), "{}", ended.errors);
+        assert!(participants.into_iter().all(gone));
+        assert_eq!(bench.left(), Vec::<String>::new());
+        let outputs = bench.outputs("out");
+        let summary = outputs.summary();
+        assert_eq!((summary.status, summary.message.is_some()), (Status::Interrupted, true));
+        if windows > 0 {
+            readable(&outputs, windows);
+            assert_eq!(summary.windows as usize, outputs.table("windows.csv").rows());
+        }
+    }
+}
+
+#[test]
+fn an_interrupted_run_without_processes_ends_after_its_window() {
+    let bench = Bench::new();
+    let run = endless(&bench, "out", &["--in-process"]);
+    wait_for_windows(&bench, "out", 10);
+    run.signal(Signal::INT);
+    let ended = noticed(run);
+    assert_eq!(ended.status.code(), Some(130), "{}", ended.errors);
+    let outputs = bench.outputs("out");
+    assert_eq!(outputs.summary().status, Status::Interrupted);
+    readable(&outputs, 10);
+}
+
+#[test]
+fn a_second_interrupt_ends_the_run_at_once() {
+    let bench = Bench::new();
+    let run = endless(&bench, "out", &[]);
+    wait_for_windows(&bench, "out", 10);
+    let participants = [Role::Fluid, Role::Structure].map(|role| run.participant(role));
+    // A participant that hangs keeps the first one waiting.
+    kill_process(participants[0], Signal::STOP).expect("it runs");
+    run.signal(Signal::INT);
+    std::thread::sleep(Duration::from_millis(50));
+    run.signal(Signal::INT);
+    assert_eq!(noticed(run).status.code(), Some(130));
+    // Nobody is left to kill it; it ends when it goes on.
+    let _ = kill_process(participants[0], Signal::CONT);
+    for participant in participants {
+        until("the participant's end", || gone(participant).then_some(()));
+    }
+}
+
+/// Both sides as mocks in processes: `fluid` and `structure` are the words after `meniscus mock`.
+fn mocks(bench: &Bench, out: &str, fluid: &str, structure: &str, words: &[&str]) -> Running {
+    let [fluid, structure] = [(Role::Fluid, fluid), (Role::Structure, structure)].map(|(role, words)| {
+        let words: Vec<_> = words.split_whitespace().map(|word| format!("\"{word}\"")).collect();
+        format!(
+            "{role}.participant.command=[\"{}\", \"mock\", {}]",
+            crate::support::MENISCUS,
+            words.join(", ")
+        )
+    });
+    let set = ["--set", &fluid, "--set", &structure, "--set", "case.end_time=0.2"];
+    bench.start_run(out, &[&COARSE, set.as_slice(), words].concat())
+}
+
+#[test]
+fn whatever_a_participant_does_wrong_is_named() {
+    let bench = Bench::new();
+    for (fault, words) in [
+        ("abort@5", ["window 5", "signal 6"].as_slice()),
+        ("kill@5.0/start", &["window 5", "signal 9"]),
+        ("panic@5", &["window 5", "it panicked: fault as told"]),
+        ("error@5", &["window 5", "fault as told: an error in `finish`"]),
+        ("nan:2@5", &["window 5", "is not finite: component 0 at point 2"]),
+        ("nan:2@initialize", &["while initialising", "is not finite: component 0 at point 2"]),
+        ("no-points@5", &["window 5"]),
+        ("scalars@5", &["window 5", "scalars where"]),
+        ("limit:0@5", &["window 5", "a next window of 0 s"]),
+        ("limit:-1@initialize", &["while initialising", "a next window of -1 s"]),
+        ("hang@5", &["window 5", "no answer within its deadline of 1 s"]),
+        ("stop@5", &["window 5", "no answer within its deadline of 1 s"]),
+        ("error@initialize", &["while initialising", "fault as told"]),
+        ("abort@initialize", &["while initialising", "signal 6"]),
+        ("hang@initialize", &["while initialising", "no answer within its deadline of 1 s"]),
+        ("error@5/accept", &["window 6", "fault as told: an error in `accept`, window 5"]),
+        ("abort@5/accept", &["signal 6"]),
+        ("error@terminate", &["while ending", "fault as told: an error in `terminate`"]),
+        ("abort@terminate", &["while ending", "signal 6"]),
+    ] {
+        for victim in [Role::Fluid, Role::Structure] {
+            let (mut fluid, mut structure) = ("constant gradient=1e3".to_owned(), "spring-mass".to_owned());
+            let faulty = if victim == Role::Fluid { &mut fluid } else { &mut structure };
+            *faulty += &format!(" --fault {fault}");
+            let run = mocks(&bench, "out", &fluid, &structure, &["--set", "coupling.deadline=1"]);
+            println!("{victim} {fault}");
+            let ended = noticed(run);
+            let name = format!("the {victim} failed while");
+            let outputs = failed_in_order(&bench, "out", &ended, &[&[name.as_str()], words].concat());
+            if fault.contains("@5") {
+                assert_eq!(
+                    outputs.summary().windows,
+                    if fault.contains("accept") { 6 } else { 5 },
+                    "{fault}"
+                );
+                assert_eq!(outputs.table("windows.csv").rows() as u64, outputs.summary().windows);
+            }
+        }
+    }
+}
+
+#[test]
+fn who_cannot_be_started_leaves_nobody_behind() {
+    let bench = Bench::new();
+    for victim in [Role::Fluid, Role::Structure] {
+        for (command, words) in [
+            ("/no/such/solver", ["with `/no/such/solver`", "No such file"].as_slice()),
+            ("false", &["while shaking hands", "exit code 1"]),
+        ] {
+            let set = format!("{victim}.participant.command=[\"{command}\"]");
+            let ended = noticed(bench.start_run("out", &[&COARSE, ["--set", &set].as_slice()].concat()));
+            failed_in_order(&bench, "out", &ended, &[&[victim.to_string().as_str()], words].concat());
+        }
+    }
+}
+
+#[test]
+fn another_run_at_the_same_time_is_undisturbed() {
+    let bench = Bench::new();
+    let words = ["--set", "case.end_time=0.06"];
+    let alone = bench.coarse_gate("alone", &words);
+    // Of the same user and domain: others die and are cleaned up after while it goes on, and a pause does it no harm.
+    let run = bench.start_run("beside", &[&COARSE, words.as_slice()].concat());
+    let other = endless(&bench, "other", &[]);
+    let participants: [Pid; 2] = [Role::Fluid, Role::Structure].map(|role| other.participant(role));
+    kill_process(participants[1], Signal::KILL).expect("it runs");
+    other.signal(Signal::KILL);
+    run.signal(Signal::STOP);
+    let ended =
+        bench.start_run("third", &[&COARSE, ["--set", "case.end_time=0.01"].as_slice()].concat()).wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    run.signal(Signal::CONT);
+    let ended = run.wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    assert_same(&alone, &bench.outputs("beside"));
+    for participant in participants {
+        until("the participant's end", || gone(participant).then_some(()));
+    }
+    drop(other);
+    // The last to end removes what the killed left.
+    bench.coarse_gate("last", &[]);
+}
