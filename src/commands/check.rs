@@ -1,6 +1,6 @@
 //! `meniscus check`.
 
-use super::failed;
+use super::{failed, say};
 use crate::arguments::CaseArguments;
 use interfaces::Role;
 use std::process::ExitCode;
@@ -11,14 +11,16 @@ pub fn check(arguments: &CaseArguments) -> ExitCode {
         Ok(case) => case,
         Err(code) => return code,
     };
-    println!("{}: no mistakes found", case.general.title);
+    say(format_args!("{}: no mistakes found", case.general.title));
     let previews = [
         case.fluid.as_ref().map(|_| (Role::Fluid, fluid::participant::preview(&case))),
         case.structure.as_ref().map(|_| (Role::Structure, structure::participant::preview(&case))),
     ];
     for (role, preview) in previews.into_iter().flatten() {
         match preview {
-            Ok(lines) => lines.iter().for_each(|(what, value)| println!("{role:<10} {what:<24} {value}")),
+            Ok(lines) => {
+                lines.iter().for_each(|(what, value)| say(format_args!("{role:<10} {what:<24} {value}")))
+            }
             Err(error) => return failed(error),
         }
     }

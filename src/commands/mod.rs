@@ -9,6 +9,7 @@ pub mod schema;
 use crate::arguments::CaseArguments;
 use interfaces::case::Case;
 use interfaces::{Participant, ParticipantError, Role};
+use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -70,4 +71,9 @@ fn is_ignored(signal: i32) -> bool {
 fn failed(what: impl std::fmt::Display) -> ExitCode {
     eprintln!("error: {what}");
     ExitCode::from(FAILED)
+}
+
+/// Prints a line for the user. One who closed the pipe does not want it: that is no error.
+fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stdout(), "{line}");
 }

@@ -1,6 +1,6 @@
 //! `meniscus report`.
 
-use super::failed;
+use super::{failed, say};
 use crate::arguments::Report;
 use std::process::ExitCode;
 
@@ -8,7 +8,7 @@ use std::process::ExitCode;
 pub fn report(arguments: &Report) -> ExitCode {
     match output::report::write_report(&arguments.dir) {
         Ok(page) => {
-            println!("{}", page.display());
+            say(format_args!("{}", page.display()));
             ExitCode::SUCCESS
         }
         Err(error) => failed(error),

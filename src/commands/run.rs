@@ -1,10 +1,10 @@
 //! `meniscus run`.
 
-use super::{FAILED, INTERRUPTED, failed};
+use super::{FAILED, INTERRUPTED, failed, say};
 use crate::arguments::Run;
 use coupler::run::{Options, RunError, Solvers};
 use interfaces::case::Case;
-use output::summary::{Status, Summary};
+use output::summary::{Extremes, Status, Summary};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -44,7 +44,7 @@ pub fn run(arguments: &Run) -> ExitCode {
     // Before the first window there is nothing to report on.
     if !arguments.no_report && summary.windows > 0 {
         match output::report::write_report(&out) {
-            Ok(page) => println!("report      {}", page.display()),
+            Ok(page) => say(format_args!("report      {}", page.display())),
             // A run that failed keeps its own exit code.
             Err(error) if summary.status == Status::Completed => return failed(error),
             Err(error) => eprintln!("warning: {error}"),
@@ -69,28 +69,30 @@ fn default_folder(case: &Path) -> PathBuf {
 }
 
 fn print_end(case: &Case, summary: &Summary, out: &Path) {
-    println!("{}", case.general.title);
-    println!(
-        "{:<12}{} windows to t = {:.6} s in {:.1} s",
-        summary.status.word(),
-        summary.windows,
-        summary.simulated_seconds,
-        summary.wall_seconds
-    );
-    for (role, used) in &summary.roles {
-        println!("{role:<12}{:.1} s computing, {:.0} % of the run", used.compute_seconds, 100.0 * used.share);
+    say(&case.general.title);
+    let Summary { windows, simulated_seconds, wall_seconds, .. } = summary;
+    let status = summary.status.word();
+    say(format_args!("{status:<12}{windows} windows to t = {simulated_seconds:.6} s in {wall_seconds:.1} s"));
+    let mut rest = *wall_seconds;
+    for (role, used) in summary.roles.iter().filter(|(_, used)| used.compute_seconds > 0.0) {
+        rest -= used.compute_seconds;
+        say(format_args!(
+            "{role:<12}{:.1} s computing, {:.0} % of the run",
+            used.compute_seconds,
+            100.0 * used.share
+        ));
     }
+    let share = 100.0 * rest / wall_seconds;
+    say(format_args!("rest        {rest:.1} s starting, exchanging, recording, {share:.0} % of the run"));
     for (probe, extremes) in &summary.probes {
-        println!(
-            "{probe:<12}from {:.6} (t = {:.4} s) to {:.6} (t = {:.4} s)",
-            extremes.min, extremes.min_time, extremes.max, extremes.max_time
-        );
+        let Extremes { min, min_time, max, max_time } = extremes;
+        say(format_args!("{probe:<12}from {min:.6} (t = {min_time:.4} s) to {max:.6} (t = {max_time:.4} s)"));
     }
     if let Some(condition) = &summary.condition_46 {
-        println!(
-            "condition   (46): largest residual {:.1e} before enforcement, {:.1e} after",
-            condition.before.max, condition.after.max
-        );
+        let (before, after) = (condition.before.max, condition.after.max);
+        say(format_args!(
+            "condition   (46): largest residual {before:.1e} before enforcement, {after:.1e} after"
+        ));
     }
-    println!("outputs     {}", out.display());
+    say(format_args!("outputs     {}", out.display()));
 }

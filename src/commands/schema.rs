@@ -1,9 +1,10 @@
 //! `meniscus schema`.
 
+use super::say;
 use std::process::ExitCode;
 
 /// Prints the JSON schema of case files.
 pub fn schema() -> ExitCode {
-    println!("{:#}", interfaces::case::schema());
+    say(format_args!("{:#}", interfaces::case::schema()));
     ExitCode::SUCCESS
 }
