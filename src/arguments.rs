@@ -1,6 +1,6 @@
 //! The command line.
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// Couples a particle fluid (ISPH) and an elastic structure (TLSPH), each a process of its own, over shared memory.
@@ -18,6 +18,7 @@ Examples:
   meniscus run cases/elastic_gate --set coupling.sub_steps=stable --end-time 0.1
   meniscus check my_case.toml                           all mistakes of a case at once, and what would run
   meniscus report out/elastic_gate                      report.html with curves, balances and frames
+  meniscus validate structure                           benchmarks against their references, into out/validate
   meniscus mock --help                                  partners to test a solver of your own against";
 
 /// Exit codes: 0 done, 1 failed, 2 the case or the arguments are wrong, 130 interrupted.
@@ -29,6 +30,8 @@ pub enum Command {
     Check(CaseArguments),
     /// Make report.html (and frames as PNG) from the outputs of a run
     Report(Report),
+    /// Run cases at several resolutions and hold them against their references; exit code 1 if one misses its tolerance
+    Validate(Validate),
     /// Serve a case's fluid to a coupler (started by `run`, or by hand)
     Fluid(Solver),
     /// Serve a case's structure to a coupler (started by `run`, or by hand)
@@ -80,6 +83,37 @@ pub struct Run {
 pub struct Report {
     /// Folder of the outputs of a run
     pub dir: PathBuf,
+}
+
+/// `meniscus validate`.
+#[derive(Args)]
+pub struct Validate {
+    /// Which cases
+    pub suite: Suite,
+    /// Only this case
+    #[arg(long, value_name = "NAME")]
+    pub case: Option<String>,
+    /// Only the coarse resolutions: seconds instead of minutes
+    #[arg(long)]
+    pub coarse: bool,
+    /// Folder that holds the case folders
+    #[arg(long, value_name = "DIR", default_value = "cases")]
+    pub cases: PathBuf,
+    /// Folder of the outputs: tables and a page in DIR/validate, each run below it
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub out: PathBuf,
+    /// Show no progress
+    #[arg(long)]
+    pub quiet: bool,
+}
+
+/// The cases of `meniscus validate`: those whose `validation.toml` says so.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Suite {
+    /// The structure alone
+    Structure,
+    /// The fluid alone
+    Fluid,
 }
 
 /// `meniscus fluid`, `meniscus structure`.

@@ -12,6 +12,7 @@ fn main() -> ExitCode {
         Command::Run(run) => commands::run::run(&run),
         Command::Check(check) => commands::check::check(&check),
         Command::Report(report) => commands::report::report(&report),
+        Command::Validate(validate) => commands::validate::validate(&validate),
         Command::Fluid(solver) => commands::participant::solver(&solver, interfaces::Role::Fluid),
         Command::Structure(solver) => commands::participant::solver(&solver, interfaces::Role::Structure),
         Command::Mock(mock) => commands::participant::mock(&mock),

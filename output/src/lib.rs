@@ -8,7 +8,8 @@
 //! | `probes.csv` | [`Table`] | `t`, then `<probe>.<component>` |
 //! | `summary.json` | [`Summary`] | how the run ended, what it took, what was kept in balance |
 //!
-//! [`write_report`] makes `report.html` and `frames/*.png` of them; [`report`] says which names it looks for.
+//! [`write_report`] makes `report.html` and `frames/*.png` of them; [`report`] says which names it looks for, and lends its plots and style to
+//! other pages.
 //!
 //! Start reading at [`vtu`] for snapshots, [`table`] and [`summary`] for numbers, [`report`] for the page.
 //!

@@ -36,6 +36,13 @@ mod plot;
 mod references;
 mod scale;
 
+// Pieces for other pages of the same style.
+pub use crate::xml::escape;
+pub use figures::unit_of;
+pub use page::document;
+pub use plot::{Curve, Mark, Marks, Plot, svg};
+pub use scale::short;
+
 use crate::atomic;
 use crate::error::{Error, Result};
 use crate::summary::Summary;

@@ -1,7 +1,7 @@
 //! The five characters that XML and HTML keep for themselves.
 
 /// `text` as it may stand in an attribute or between tags.
-pub(crate) fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -5,6 +5,7 @@ pub mod participant;
 pub mod report;
 pub mod run;
 pub mod schema;
+pub mod validate;
 
 use crate::arguments::CaseArguments;
 use interfaces::case::Case;

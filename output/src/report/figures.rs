@@ -43,7 +43,7 @@ fn owner_of(column: &str) -> &str {
 }
 
 /// Unit of a column, as its quantity is named; empty for one that this list does not know.
-pub(crate) fn unit_of(column: &str) -> &'static str {
+pub fn unit_of(column: &str) -> &'static str {
     let quantity = quantity_of(column);
     let starts = |names: &[&str]| names.iter().any(|name| quantity.starts_with(name));
     match quantity {

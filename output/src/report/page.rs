@@ -27,13 +27,7 @@ const STYLE: &str = include_str!("page.css");
 
 /// The whole document.
 pub(crate) fn html(page: &Page) -> String {
-    let title = escape(&page.title);
-    let mut text = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n\
-         </head>\n<body>\n<main>\n<h1>{title}</h1>\n"
-    );
+    let mut text = String::new();
     if !page.notes.is_empty() {
         let items: String = page.notes.iter().map(|note| format!("<li>{}</li>", escape(note))).collect();
         let _ = writeln!(text, "<ul class=\"notes\">{items}</ul>");
@@ -48,8 +42,18 @@ pub(crate) fn html(page: &Page) -> String {
     figures(&mut text, "Coupling", &page.coupling, "");
     figures(&mut text, "Energy", &page.energy, "");
     figures(&mut text, "Course of the run", &page.progress, "");
-    text.push_str("</main>\n</body>\n</html>\n");
-    text
+    document(&page.title, &text)
+}
+
+/// A whole document of one style with the reports: its title, and the HTML below the heading that it makes of it.
+pub fn document(title: &str, body: &str) -> String {
+    let title = escape(title);
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n\
+         </head>\n<body>\n<main>\n<h1>{title}</h1>\n{body}</main>\n</body>\n</html>\n"
+    )
 }
 
 fn head(text: &mut String, summary: &Summary) {

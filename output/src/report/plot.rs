@@ -7,36 +7,47 @@ use std::fmt::Write as _;
 
 /// A plot of quantities of one unit against time.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Plot {
+pub struct Plot {
+    /// Heading.
     pub title: String,
     /// Unit of the values before a prefix; empty for a number without unit.
     pub unit: &'static str,
     /// Whether values stand on a logarithmic axis; those that are not positive are left out then.
     pub logarithmic: bool,
+    /// Lines.
     pub curves: Vec<Curve>,
+    /// References beside them.
     pub marks: Vec<Marks>,
 }
 
 /// A line through `(time, value)`; it is broken where a value is not finite.
 #[derive(Debug, Clone)]
-pub(crate) struct Curve {
+pub struct Curve {
+    /// For the legend.
     pub label: String,
+    /// Times (s).
     pub times: Vec<f64>,
+    /// As many values, in the plot's unit.
     pub values: Vec<f64>,
 }
 
 /// Reference points.
 #[derive(Debug, Clone)]
-pub(crate) struct Marks {
+pub struct Marks {
+    /// For the legend.
     pub label: String,
+    /// The points.
     pub points: Vec<Mark>,
 }
 
 /// A reference point with the range it is known in.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Mark {
+pub struct Mark {
+    /// Time (s).
     pub time: f64,
+    /// Value, in the plot's unit.
     pub value: f64,
+    /// Least and largest value that the source allows.
     pub range: Option<(f64, f64)>,
 }
 
@@ -48,7 +59,7 @@ const CHARACTER: f64 = 0.58 * FONT;
 const LINE: f64 = 19.0;
 
 /// The picture, or `None` if no curve has a point to draw.
-pub(crate) fn svg(plot: &Plot) -> Option<String> {
+pub fn svg(plot: &Plot) -> Option<String> {
     let drawable = |v: f64| v.is_finite() && (!plot.logarithmic || v > 0.0);
     let curve_points = || {
         plot.curves

@@ -73,7 +73,7 @@ pub(crate) fn prefixed(unit: &str, magnitude: f64) -> (f64, String) {
 }
 
 /// `value` with four significant digits, for people.
-pub(crate) fn short(value: f64) -> String {
+pub fn short(value: f64) -> String {
     let magnitude = value.abs();
     if value == 0.0 {
         "0".to_owned()

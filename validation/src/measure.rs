@@ -1,0 +1,199 @@
+//! Numbers made of a column over time.
+
+use crate::study::{Kind, Measure};
+use output::table::Columns;
+
+/// Why a measure could not be taken of a run.
+#[derive(Debug, thiserror::Error)]
+pub enum MeasureError {
+    /// The column is not there.
+    #[error("the measure `{measure}` is of `{column}`, which the run has not written; it has {there}")]
+    Column {
+        /// The measure.
+        measure: String,
+        /// The column.
+        column: String,
+        /// The columns that are there.
+        there: String,
+    },
+    /// The rows do not give the number.
+    #[error("the measure `{measure}` cannot be made of the run: {what}")]
+    Rows {
+        /// The measure.
+        measure: String,
+        /// What is missing.
+        what: String,
+    },
+}
+
+/// Takes the measure of a run's probes and windows.
+///
+/// # Errors
+/// A column that is not there, or too little of a course in it.
+pub fn take(measure: &Measure, probes: &Columns, windows: &Columns) -> Result<f64, MeasureError> {
+    let missing = |column: &str, table: &Columns| MeasureError::Column {
+        measure: measure.name.clone(),
+        column: column.to_owned(),
+        there: table.names.join(", "),
+    };
+    let rows = |what: &str| MeasureError::Rows { measure: measure.name.clone(), what: what.to_owned() };
+    if measure.kind == Kind::EnergyDrift {
+        let drift = energy_drift(windows).ok_or_else(|| missing("structure.kinetic_energy", windows))?;
+        return Ok(measure.scale * drift);
+    }
+    let times = probes.get("t").ok_or_else(|| missing("t", probes))?;
+    let values = probes.get(&measure.column).ok_or_else(|| missing(&measure.column, probes))?;
+    if measure.kind == Kind::ValueAt {
+        let value =
+            value_at(times, values, measure.from).ok_or_else(|| rows("its time is not in the run"))?;
+        return Ok(measure.scale * value);
+    }
+    let first = times.partition_point(|&t| t < measure.from);
+    let end = times.partition_point(|&t| t <= measure.until);
+    if end < first + 3 {
+        return Err(rows("fewer than three rows between `from` and `until`"));
+    }
+    let (times, values) = (&times[first..end], &values[first..end]);
+    let number = match measure.kind {
+        Kind::Max => extreme(times, values, 1.0),
+        Kind::Min => extreme(times, values, -1.0),
+        Kind::MeanOver => mean(times, values),
+        Kind::Last => values[values.len() - 1],
+        Kind::Amplitude => 0.5 * (extreme(times, values, 1.0) - extreme(times, values, -1.0)),
+        Kind::Period | Kind::Frequency => {
+            let period =
+                period(times, values).ok_or_else(|| rows("it passes its middle in one direction once"))?;
+            if measure.kind == Kind::Period { period } else { 1.0 / period }
+        }
+        Kind::ValueAt | Kind::EnergyDrift => unreachable!("taken above"),
+    };
+    Ok(measure.scale * number)
+}
+
+/// Largest (`sign` 1) or least (`sign` −1) value; of the parabola through the three rows about it where it is not at an end.
+fn extreme(times: &[f64], values: &[f64], sign: f64) -> f64 {
+    let at = (0..values.len()).max_by(|&a, &b| (sign * values[a]).total_cmp(&(sign * values[b])));
+    let at = at.expect("the caller has seen three rows");
+    if at == 0 || at + 1 == values.len() {
+        return values[at];
+    }
+    // f(s) = f₁ + b s + a s², s counted from the middle row.
+    let (left, right) = (times[at - 1] - times[at], times[at + 1] - times[at]);
+    let (down, up) = ((values[at - 1] - values[at]) / left, (values[at + 1] - values[at]) / right);
+    let a = (up - down) / (right - left);
+    let b = down - a * left;
+    if a == 0.0 { values[at] } else { values[at] - b * b / (4.0 * a) }
+}
+
+/// Value at a time, of the parabola through the rows about it.
+fn value_at(times: &[f64], values: &[f64], time: f64) -> Option<f64> {
+    let (&first, &last) = (times.first()?, times.last()?);
+    // A run's last row is at its end up to rounding.
+    if times.len() < 3 || time < first || time > last * (1.0 + 1e-9) {
+        return None;
+    }
+    let middle = times.partition_point(|&t| t < time).clamp(1, times.len() - 2);
+    let (t, v) = (&times[middle - 1..=middle + 1], &values[middle - 1..=middle + 1]);
+    let weight =
+        |i: usize, j: usize, k: usize| (time - t[j]) * (time - t[k]) / ((t[i] - t[j]) * (t[i] - t[k]));
+    Some(v[0] * weight(0, 1, 2) + v[1] * weight(1, 0, 2) + v[2] * weight(2, 0, 1))
+}
+
+/// Mean over time, the values linear between rows.
+fn mean(times: &[f64], values: &[f64]) -> f64 {
+    let area: f64 =
+        (1..times.len()).map(|i| 0.5 * (values[i] + values[i - 1]) * (times[i] - times[i - 1])).sum();
+    area / (times[times.len() - 1] - times[0])
+}
+
+/// Mean time between passages through the middle of the range; that of those downwards and of those upwards, each if there are two.
+fn period(times: &[f64], values: &[f64]) -> Option<f64> {
+    let middle = 0.5 * (extreme(times, values, 1.0) + extreme(times, values, -1.0));
+    let passages = |sign: f64| -> Vec<f64> {
+        let passes = |i: &usize| sign * (values[i - 1] - middle) < 0.0 && sign * (values[*i] - middle) >= 0.0;
+        let at = |i: usize| {
+            let part = (middle - values[i - 1]) / (values[i] - values[i - 1]);
+            times[i - 1] + part * (times[i] - times[i - 1])
+        };
+        (1..times.len()).filter(passes).map(at).collect()
+    };
+    let both = [passages(1.0), passages(-1.0)];
+    let (periods, length) = both
+        .iter()
+        .filter(|p| p.len() > 1)
+        .fold((0, 0.0), |(count, length), p| (count + p.len() - 1, length + p[p.len() - 1] - p[0]));
+    (periods > 0).then(|| length / periods as f64)
+}
+
+/// Largest departure of the mechanical energy from that of the first window, over it.
+fn energy_drift(windows: &Columns) -> Option<f64> {
+    let mut total = vec![0.0; windows.rows()];
+    let mut found = false;
+    for (name, values) in windows.iter() {
+        if ["kinetic_energy", "strain_energy", "potential_energy"].iter().any(|kind| name.ends_with(kind)) {
+            found = true;
+            total.iter_mut().zip(values).for_each(|(sum, e)| *sum += e);
+        }
+    }
+    let first = *total.first()?;
+    let departure = total.iter().fold(0.0f64, |largest, e| largest.max((e - first).abs()));
+    found.then(|| departure / first.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::TAU;
+
+    /// 2 + 3 sin(2π t / 0.8) at 40 rows a period, over 2.4 periods.
+    fn swing() -> Columns {
+        let times: Vec<f64> = (0..=96).map(|i| 0.02 * f64::from(i)).collect();
+        let values = times.iter().map(|t| 2.0 + 3.0 * (TAU * t / 0.8 + 0.1).sin()).collect();
+        Columns { names: vec!["t".into(), "tip.uy".into()], columns: vec![times, values] }
+    }
+
+    fn of(kind: Kind) -> Result<f64, MeasureError> {
+        let measure = Measure {
+            name: "m".into(),
+            series: Vec::new(),
+            column: "tip.uy".into(),
+            kind,
+            from: 0.1,
+            until: f64::INFINITY,
+            scale: 1.0,
+            reference: 1.0,
+            source: String::new(),
+            tolerance: Vec::new(),
+            paper: Vec::new(),
+        };
+        take(&measure, &swing(), &Columns::default())
+    }
+
+    /// Parabolas through three of 40 rows a period miss a sine's peak by at most 3·(2π/40)⁴/384 ≈ 5e-6, chords a passage by
+    /// (2π/40)³/72 of 1/ω ≈ 7e-6 s.
+    #[test]
+    fn numbers_of_a_sine_are_its_own() {
+        let near = |kind, value: f64, tolerance: f64| {
+            let found = of(kind).unwrap();
+            assert!((found - value).abs() < tolerance, "{kind:?}: {found} for {value}");
+        };
+        near(Kind::Max, 5.0, 2e-5);
+        near(Kind::Min, -1.0, 2e-5);
+        near(Kind::Amplitude, 3.0, 2e-5);
+        near(Kind::Period, 0.8, 2e-5);
+        near(Kind::Frequency, 1.25, 4e-5);
+        // Cubic remainder of the parabola: 3·(2π/40)³·0.064 at worst.
+        near(Kind::ValueAt, 2.0 + 3.0 * (TAU * 0.125 + 0.1).sin(), 1e-3);
+    }
+
+    #[test]
+    fn what_is_not_there_is_named() {
+        let mut table = swing();
+        table.names[1] = "tip.ux".into();
+        let measure: Measure =
+            toml::from_str("name = 'm'\ncolumn = 'tip.uy'\nkind = 'max'\nreference = 1.0\nsource = ''")
+                .unwrap();
+        let message = take(&measure, &table, &Columns::default()).unwrap_err().to_string();
+        assert!(message.contains("`tip.uy`") && message.contains("tip.ux"), "{message}");
+    }
+}

@@ -1,0 +1,118 @@
+//! `validation.html`: tables and curves of all series in one file that needs nothing else.
+
+use crate::run::{CaseResult, SeriesResult};
+use crate::tables::{HEADINGS, order, row};
+use output::report::{Curve, Mark, Marks, Plot, document, escape, svg, unit_of};
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+/// File of the page.
+pub const FILE: &str = "validation.html";
+
+/// Writes the page into the folder of the validation, and gives its path.
+///
+/// # Errors
+/// A file that cannot be written.
+pub fn write(results: &[CaseResult], suite: &str, out: &Path) -> output::Result<PathBuf> {
+    let mut body = String::new();
+    for case in results {
+        let _ = writeln!(body, "<h2>{}</h2>", escape(&case.title));
+        for series in &case.series {
+            let judged = if series.series.judged { "" } else { " (not judged)" };
+            let _ = writeln!(body, "<h3>{}{judged}</h3>", escape(&series.series.name));
+            table(&mut body, series);
+            links(&mut body, series);
+            figures(&mut body, series);
+        }
+    }
+    let path = out.join(FILE);
+    output::atomic::write_file(&path, document(&format!("Validation: {suite}"), &body).as_bytes())?;
+    Ok(path)
+}
+
+fn table(body: &mut String, series: &SeriesResult) {
+    let heads: String = HEADINGS.iter().map(|h| format!("<th>{h}</th>")).collect();
+    let _ = writeln!(body, "<div class=\"scroll\"><table>\n<tr>{heads}</tr>");
+    for measured in &series.measures {
+        for value in &measured.values {
+            let [name, cells @ ..] = row(measured, value, series.series.judged);
+            let cells: String = cells.iter().map(|c| format!("<td>{}</td>", escape(c))).collect();
+            let _ = writeln!(body, "<tr><th scope=\"row\">{}</th>{cells}</tr>", escape(&name));
+        }
+    }
+    body.push_str("</table></div>\n");
+    let notes: String = series
+        .measures
+        .iter()
+        .map(|m| {
+            let order = order(m);
+            let order = if order.is_empty() { order } else { format!("; {order}") };
+            format!(
+                "<li>{}</li>",
+                escape(&format!("{}: reference of {}{order}.", m.measure.name, m.measure.source))
+            )
+        })
+        .collect();
+    let _ = writeln!(body, "<ul>{notes}</ul>");
+}
+
+/// The report of each run, which has the energies.
+fn links(body: &mut String, series: &SeriesResult) {
+    let links: Vec<String> = series
+        .variants
+        .iter()
+        .map(|v| {
+            let failure = v.failure.as_ref().map_or(String::new(), |f| format!(" failed: {}", escape(f)));
+            // Folders are made of names of cases and series.
+            let href = escape(&v.folder.join("report.html").to_string_lossy());
+            format!("<a href=\"{href}\">{} layers</a> ({:.1} s){failure}", v.resolution, v.seconds)
+        })
+        .collect();
+    let _ = writeln!(body, "<p>Reports of the runs, with energies: {}.</p>", links.join(", "));
+}
+
+/// A figure for every column that is measured, all resolutions in it.
+fn figures(body: &mut String, series: &SeriesResult) {
+    let columns: BTreeSet<&str> =
+        series.measures.iter().map(|m| m.measure.column.as_str()).filter(|c| !c.is_empty()).collect();
+    body.push_str("<div class=\"figures\">\n");
+    for column in columns {
+        let curve = |variant: &crate::run::Variant| {
+            Some(Curve {
+                label: format!("{} layers", variant.resolution),
+                times: variant.probes.get("t")?.to_vec(),
+                values: variant.probes.get(column)?.to_vec(),
+            })
+        };
+        let plot = Plot {
+            title: column.to_owned(),
+            unit: unit_of(column),
+            curves: series.variants.iter().filter_map(curve).collect(),
+            marks: marks(series, column),
+            ..Plot::default()
+        };
+        if let Some(picture) = svg(&plot) {
+            let _ = writeln!(body, "<figure>\n{picture}</figure>");
+        }
+    }
+    body.push_str("</div>\n");
+}
+
+/// The case's references of this column that the series names.
+fn marks(series: &SeriesResult, column: &str) -> Vec<Marks> {
+    let Some(case) = &series.case else { return Vec::new() };
+    let drawn =
+        case.references.iter().filter(|r| r.probe == column && series.series.references.contains(&r.label));
+    drawn
+        .map(|r| Marks {
+            label: r.label.clone(),
+            points: r
+                .time
+                .iter()
+                .zip(&r.value)
+                .map(|(&time, &value)| Mark { time, value, range: None })
+                .collect(),
+        })
+        .collect()
+}
