@@ -223,6 +223,7 @@ fn run_variant(
         out: out.clone(),
         in_process: true,
         quiet: options.quiet,
+        domain: None,
         stop: Arc::clone(&options.stop),
     };
     let (summary, result) = coupler::run::run(case, &run_options, &solvers);
