@@ -30,6 +30,7 @@
 //!
 //! In two dimensions one metre of depth is meant: volumes are in m³, forces in N.
 
+mod cells;
 mod error;
 mod external;
 mod field;
@@ -49,6 +50,7 @@ mod stencil;
 mod structure;
 pub mod time_step;
 
+pub use cells::{Cell, voronoi_cells};
 pub use error::{Error, ErrorKind, SetupError};
 pub use load::{DeadLoad, History, Load};
 pub use material::{Law, Material, Plane};
