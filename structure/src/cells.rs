@@ -50,6 +50,24 @@ pub fn voronoi_cells(positions: &[Vector<2>], polygon: &[Vector<2>], spacing: f6
         .collect()
 }
 
+/// Moves particles to the centroids of their Voronoi cells, `sweeps` times (Lloyd 1982), and gives them with their cells. Scattered
+/// particles want one sweep; a lattice at an angle to the body's faces wants three: its rows at the faces then follow them.
+pub fn relax_to_centroids(
+    mut positions: Vec<Vector<2>>,
+    polygon: &[Vector<2>],
+    spacing: f64,
+    sweeps: usize,
+) -> (Vec<Vector<2>>, Vec<Cell<2>>) {
+    let mut cells = voronoi_cells(&positions, polygon, spacing);
+    for _ in 0..sweeps {
+        for (p, cell) in positions.iter_mut().zip(&cells) {
+            *p += cell.offset;
+        }
+        cells = voronoi_cells(&positions, polygon, spacing);
+    }
+    (positions, cells)
+}
+
 /// The part of a polygon with `n · x ≤ limit` (Sutherland and Hodgman 1974). Pieces of a polygon that is not convex stay joined by edges
 /// there and back, which add nothing to its integrals.
 fn cut(corners: &[Vector<2>], n: &Vector<2>, limit: f64) -> Vec<Vector<2>> {

@@ -230,6 +230,11 @@ impl<const D: usize> Setup<D> {
             check_body(index, first, body, &mut mistakes);
             first += body.positions.len();
         }
+        if self.gradient == Gradient::Quadratic && mistakes.is_empty() {
+            for (index, body) in self.bodies.iter().enumerate() {
+                mistakes.extend(too_thin(index, body));
+            }
+        }
         let mut positive = |name: &'static str, value: f64, zero_allowed: bool| {
             if !value.is_finite() || value < 0.0 || (value == 0.0 && !zero_allowed) {
                 mistakes.push(ErrorKind::Option { name, value });
@@ -248,6 +253,17 @@ impl<const D: usize> Setup<D> {
         }
         if mistakes.is_empty() { Ok(()) } else { Err(SetupError { mistakes }) }
     }
+}
+
+/// An axis along which the free particles are fewer than three layers, judged by their extent.
+fn too_thin<const D: usize>(index: usize, body: &Body<D>) -> Option<ErrorKind> {
+    let mut free = body.positions.iter().zip(&body.clamped).filter(|(_, clamped)| !**clamped);
+    let first = free.next()?.0;
+    let (low, high) = free.fold((*first, *first), |(l, h), (p, _)| (l.inf(p), h.sup(p)));
+    (0..D).find_map(|axis| {
+        let layers = ((high[axis] - low[axis]) / body.cell[axis]).round() as usize + 1;
+        (layers < 3).then_some(ErrorKind::Layers { body: index, axis, layers })
+    })
 }
 
 fn check_body<const D: usize>(index: usize, first: usize, body: &Body<D>, mistakes: &mut Vec<ErrorKind>) {
