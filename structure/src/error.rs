@@ -45,6 +45,12 @@ pub enum ErrorKind {
     )]
     #[expect(missing_docs, reason = "the message names each")]
     Particle { body: usize, particle: usize, volume: f64 },
+    /// A body too thin for the quadratic gradient.
+    #[error(
+        "body {body} has {layers} layers of particles along axis {axis}; the quadratic gradient needs three to bend (two lock, one cannot): use a finer spacing or the first-order gradient"
+    )]
+    #[expect(missing_docs, reason = "the message names each")]
+    Layers { body: usize, axis: usize, layers: usize },
     /// An option out of range.
     #[error("{name} = {value} is out of range; give a finite number that is not negative")]
     #[expect(missing_docs, reason = "the message names each")]

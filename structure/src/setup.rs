@@ -1,10 +1,11 @@
 //! What a structure is made of: bodies, loads and options, and the checks on them.
 
+use crate::cells::Cell;
 use crate::load::DeadLoad;
 use crate::material::Material;
 use crate::{ErrorKind, SetupError};
-use sph::Vector;
 use sph::lattice::Lattice;
+use sph::{Matrix, Vector};
 
 /// The discrete gradient in the reference configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -44,6 +45,11 @@ pub struct Body<const D: usize> {
     pub volumes: Vec<f64>,
     /// Cell edge along each axis (m): the particle spacing.
     pub cell: Vector<D>,
+    /// Centroid of each particle's cell less its position (m), and second moments about the centroid over the volume (m²), for the
+    /// quadratic gradient. Particles beyond the end of these lists (all, where they are empty) have the lattice's.
+    pub centroid_offsets: Vec<Vector<D>>,
+    /// See `centroid_offsets`.
+    pub second_moments: Vec<Matrix<D>>,
     /// Whether the particle is fixed. Fixed particles take part fully in `K`, `F` and `P`.
     pub clamped: Vec<bool>,
     /// Material.
@@ -61,10 +67,51 @@ impl<const D: usize> Body<D> {
             volumes: vec![lattice.cell_volume(); count],
             cell: lattice.cell,
             positions: lattice.positions,
+            centroid_offsets: Vec::new(),
+            second_moments: Vec::new(),
             clamped: vec![false; count],
             material,
             density,
         }
+    }
+
+    /// A free body of particles that are no lattice, about `spacing` (m) apart, each with its cell ([`crate::voronoi_cells`] in two
+    /// dimensions). The two lists are of one length.
+    pub fn from_cells(
+        positions: Vec<Vector<D>>,
+        cells: &[Cell<D>],
+        spacing: f64,
+        material: Material,
+        density: f64,
+    ) -> Self {
+        Self {
+            volumes: cells.iter().map(|c| c.volume).collect(),
+            cell: Vector::repeat(spacing),
+            clamped: vec![false; positions.len()],
+            positions,
+            centroid_offsets: cells.iter().map(|c| c.offset).collect(),
+            second_moments: cells.iter().map(|c| c.moment).collect(),
+            material,
+            density,
+        }
+    }
+
+    /// Centroid offset (m) and second moments (m²) of a particle's cell.
+    pub(crate) fn shape(&self, particle: usize) -> (Vector<D>, Matrix<D>) {
+        match (self.centroid_offsets.get(particle), self.second_moments.get(particle)) {
+            (Some(&offset), Some(&moment)) => (offset, moment),
+            _ => (Vector::zeros(), Cell::of_lattice(&self.cell).moment),
+        }
+    }
+
+    /// Adds fixed nodes without volume or mass, about a spacing apart on the clamp's true plane: the clamp of a body whose particles do
+    /// not follow it, for the quadratic gradient.
+    #[must_use]
+    pub fn with_fixed_nodes(mut self, nodes: &[Vector<D>]) -> Self {
+        self.positions.extend_from_slice(nodes);
+        self.volumes.resize(self.positions.len(), 0.0);
+        self.clamped.resize(self.positions.len(), true);
+        self
     }
 
     /// Clamps the face of a box: adds `rows` rows of fixed particles beyond it, each a copy of the row at the face moved out.
@@ -183,6 +230,11 @@ impl<const D: usize> Setup<D> {
             check_body(index, first, body, &mut mistakes);
             first += body.positions.len();
         }
+        if self.gradient == Gradient::Quadratic && mistakes.is_empty() {
+            for (index, body) in self.bodies.iter().enumerate() {
+                mistakes.extend(too_thin(index, body));
+            }
+        }
         let mut positive = |name: &'static str, value: f64, zero_allowed: bool| {
             if !value.is_finite() || value < 0.0 || (value == 0.0 && !zero_allowed) {
                 mistakes.push(ErrorKind::Option { name, value });
@@ -201,6 +253,17 @@ impl<const D: usize> Setup<D> {
         }
         if mistakes.is_empty() { Ok(()) } else { Err(SetupError { mistakes }) }
     }
+}
+
+/// An axis along which the free particles are fewer than three layers, judged by their extent.
+fn too_thin<const D: usize>(index: usize, body: &Body<D>) -> Option<ErrorKind> {
+    let mut free = body.positions.iter().zip(&body.clamped).filter(|(_, clamped)| !**clamped);
+    let first = free.next()?.0;
+    let (low, high) = free.fold((*first, *first), |(l, h), (p, _)| (l.inf(p), h.sup(p)));
+    (0..D).find_map(|axis| {
+        let layers = ((high[axis] - low[axis]) / body.cell[axis]).round() as usize + 1;
+        (layers < 3).then_some(ErrorKind::Layers { body: index, axis, layers })
+    })
 }
 
 fn check_body<const D: usize>(index: usize, first: usize, body: &Body<D>, mistakes: &mut Vec<ErrorKind>) {

@@ -2,7 +2,8 @@
 
 use sph::Vector;
 use structure::{
-    Body, DeadLoad, Error, Gradient, History, Law, Load, Material, Plane, Setup, Side, State, Structure,
+    Body, DeadLoad, Error, ErrorKind, Gradient, History, Law, Load, Material, Plane, Setup, Side, State,
+    Structure,
 };
 
 type V = Vector<2>;
@@ -207,6 +208,10 @@ fn all_mistakes_of_a_setup_are_reported_at_once() {
         p.y = 0.0;
     }
     thin.positions.iter_mut().enumerate().for_each(|(i, p)| p.x = 0.1 * i as f64);
-    let error = Structure::new(Setup::new(vec![thin])).unwrap_err();
+    let mut thin = Setup::new(vec![thin]);
+    let error = Structure::new(thin.clone()).unwrap_err();
+    assert!(matches!(error.mistakes[..], [ErrorKind::Layers { body: 0, axis: 1, layers: 1 }]), "{error}");
+    thin.gradient = Gradient::FirstOrder;
+    let error = Structure::new(thin).unwrap_err();
     assert!(error.to_string().contains("do not span"), "{error}");
 }

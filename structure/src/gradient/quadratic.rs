@@ -7,20 +7,23 @@
 //! Hessian directions that they do not resolve (scaled eigenvalue under [`RESOLVED`], at surfaces mostly) are dropped from the fit.
 //!
 //! The energy of a particle is that of its cell, to second order over the cell:
-//! `Π_a = V_a [ψ(F_a) + ½ sᵀ D̃ s]`, where `s` stacks the Voigt components of `∂E/∂X_k = sym(Fᵀ ∂F/∂X_k)` and `D = diag(Δx_k²/12) ⊗ C`
-//! holds the cell's second moments (naturally stabilised nodal integration, Hillman and Chen 2016). `D̃` is `D` with the dropped
+//! `Π_a = V_a [ψ(F_a) + ½ sᵀ D̃ s]`, where `s` stacks the Voigt components of `∂E/∂X_k = sym(Fᵀ ∂F/∂X_k)` and `D = S ⊗ C`
+//! holds the cell's second moments `S` (`diag(Δx_k²/12)` on a lattice; naturally stabilised nodal integration, Hillman and Chen 2016). `D̃` is `D` with the dropped
 //! directions condensed out. `C` is that of small strains, for every law, with `λ` limited ([`LAMBDA_LIMIT`]).
+//!
+//! `F` is that at the cell's centroid: the gradient at the particle and the Hessian times the centroid's offset.
 //!
 //! The internal force is the exact negative gradient of `Σ Π_a`: momentum, angular momentum and energy are kept.
 //!
 //! Weights of a pair: `w p`. Constants of a particle: the symmetric matrix `M` that takes `Σ_b (U_b − U_a) w p` to gradient and Hessian,
-//! the symmetric `D̃`, and `V`; upper triangles row by row.
+//! the symmetric `D̃`, `V`, and the centroid's offset; upper triangles row by row.
 
 use crate::lanes::{LANES, Lanes, Tensor, matrix, plus_identity};
 use crate::material::{ConstitutiveLaw, Elasticity};
 use crate::setup::Body;
 use crate::stencil::PairOperator;
 use nalgebra::{DMatrix, DVector};
+use sph::Matrix;
 use sph::kernel::CubicSpline;
 
 /// Eigenvalues of the scaled Hessian moments under this are not resolved. Two in ten separates rows at a surface (none resolved
@@ -123,22 +126,22 @@ impl<'a, const D: usize> Quadratic<'a, D> {
     }
 
     /// Strain-gradient stiffness `D̃` (J/m): rows and columns `(k, v)`, direction of the derivative and Voigt component.
-    fn strain_gradient_stiffness(&self, dropped: &DMatrix<f64>) -> DMatrix<f64> {
+    fn strain_gradient_stiffness(&self, second_moment: &Matrix<D>, dropped: &DMatrix<f64>) -> DMatrix<f64> {
         let h = Self::HESSIAN;
         let mut stiffness = DMatrix::zeros(D * h, D * h);
         let lambda = self.elasticity.in_plane_lambda.min(LAMBDA_LIMIT * self.elasticity.mu);
-        for k in 0..D {
-            let moment = self.body.cell[k].powi(2) / 12.0;
+        for (k, m) in (0..D).flat_map(|k| (0..D).map(move |m| (k, m))) {
+            let moment = second_moment[(k, m)];
             for i in 0..D {
                 for j in i..D {
-                    let v = k * h + triangle(i, j, D);
+                    let (v, w) = (k * h + triangle(i, j, D), m * h + triangle(i, j, D));
                     if i != j {
-                        stiffness[(v, v)] = moment * self.elasticity.mu;
+                        stiffness[(v, w)] = moment * self.elasticity.mu;
                         continue;
                     }
-                    stiffness[(v, v)] += 2.0 * moment * self.elasticity.mu;
+                    stiffness[(v, w)] += 2.0 * moment * self.elasticity.mu;
                     for l in 0..D {
-                        stiffness[(v, k * h + triangle(l, l, D))] += moment * lambda;
+                        stiffness[(v, m * h + triangle(l, l, D))] += moment * lambda;
                     }
                 }
             }
@@ -194,7 +197,7 @@ impl<const D: usize> PairOperator for Quadratic<'_, D> {
 
     fn constants(&self) -> usize {
         let (m, s) = (Self::WEIGHTS, D * Self::HESSIAN);
-        m * (m + 1) / 2 + s * (s + 1) / 2 + 1
+        m * (m + 1) / 2 + s * (s + 1) / 2 + 1 + D
     }
 
     fn write_constants(&self, a: usize, neighbours: &[u32], out: &mut [f64]) -> bool {
@@ -213,7 +216,8 @@ impl<const D: usize> PairOperator for Quadratic<'_, D> {
                 next += 1;
             }
         }
-        let stiffness = self.strain_gradient_stiffness(&dropped);
+        let (offset, second_moment) = self.body.shape(member);
+        let stiffness = self.strain_gradient_stiffness(&second_moment, &dropped);
         for i in 0..stiffness.nrows() {
             for j in i..stiffness.nrows() {
                 out[next] = stiffness[(i, j)];
@@ -221,11 +225,17 @@ impl<const D: usize> PairOperator for Quadratic<'_, D> {
             }
         }
         out[next] = volume;
+        out[next + 1..].copy_from_slice(offset.as_slice());
         true
     }
 
     fn features(&self, a: usize, b: usize, out: &mut Vec<f64>) {
         let Some(a) = self.members[a - self.first] else { return };
+        if a == self.member(b) && !self.body.second_moments.is_empty() {
+            let (offset, second_moment) = self.body.shape(a);
+            out.extend(offset.iter().map(|o| o / self.body.spacing()));
+            out.extend(second_moment.iter().map(|m| m / self.body.spacing().powi(2)));
+        }
         let b = self.member(b);
         out.push(self.body.volumes[b] / self.body.cell.iter().product::<f64>());
         out.extend(((self.body.positions[b] - self.body.positions[a]) / self.body.spacing()).iter());
@@ -248,6 +258,42 @@ fn derivatives<const D: usize, const K: usize>(
         }
     }
     g
+}
+
+/// Where volume and centroid offset begin among the constants.
+const fn cell_constants(dimensions: usize, basis: usize) -> usize {
+    let s = dimensions * (basis - dimensions);
+    (basis * (basis + 1) / 2 + s * (s + 1) / 2) * LANES
+}
+
+/// The centroid's offset from the particle (m).
+#[inline(always)]
+fn centroid_offset<const D: usize, const K: usize>(constants: &[f64]) -> [Lanes; D] {
+    std::array::from_fn(|k| Lanes::load(constants, cell_constants(D, K) + (1 + k) * LANES))
+}
+
+/// Moves the gradient from the particle to the centroid of its cell.
+#[inline(always)]
+fn to_centroid<const D: usize, const K: usize>(g: &mut [[Lanes; K]; D], offset: &[Lanes; D]) {
+    for row in g {
+        for j in 0..D {
+            for k in 0..D {
+                row[j] += row[D + triangle(k, j, D)] * offset[k];
+            }
+        }
+    }
+}
+
+/// The transpose of [`to_centroid`], for conjugates.
+#[inline(always)]
+fn from_centroid<const D: usize, const K: usize>(c: &mut [[Lanes; K]; D], offset: &[Lanes; D]) {
+    for row in c {
+        for j in 0..D {
+            for k in 0..D {
+                row[D + triangle(k, j, D)] += row[j] * offset[k];
+            }
+        }
+    }
 }
 
 /// The displacement gradient alone.
@@ -304,7 +350,9 @@ pub(crate) fn respond<const D: usize, const K: usize, L: ConstitutiveLaw>(
     moments: &[[Lanes; K]; D],
     constants: &[f64],
 ) -> ([[Lanes; K]; D], Lanes) {
-    let g = derivatives::<D, K>(moments, constants);
+    let mut g = derivatives::<D, K>(moments, constants);
+    let offset = centroid_offset::<D, K>(constants);
+    to_centroid(&mut g, &offset);
     let l = first::<D, K>(&g);
     let f = plus_identity(&l);
     let response = L::respond::<D>(elasticity, &l);
@@ -330,8 +378,8 @@ pub(crate) fn respond<const D: usize, const K: usize, L: ConstitutiveLaw>(
             }
         }
     }
-    let s = D * (K - D);
-    let volume = Lanes::load(constants, (K * (K + 1) / 2 + s * (s + 1) / 2) * LANES);
+    from_centroid(&mut c, &offset);
+    let volume = Lanes::load(constants, cell_constants(D, K));
     let q = derivatives::<D, K>(&c, constants);
     (matrix(|i, k| q[i][k] * volume), response.jacobian)
 }
@@ -342,7 +390,8 @@ pub(crate) fn observe<const D: usize, const K: usize>(
     moments: &[[Lanes; K]; D],
     constants: &[f64],
 ) -> (Tensor<D>, Lanes) {
-    let g = derivatives::<D, K>(moments, constants);
+    let mut g = derivatives::<D, K>(moments, constants);
+    to_centroid(&mut g, &centroid_offset::<D, K>(constants));
     let l = first::<D, K>(&g);
     let s = strain_gradients::<D, K>(&plus_identity(&l), &g);
     let t = strain_gradient_stress::<D, K>(&s, constants);
