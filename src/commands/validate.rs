@@ -3,7 +3,6 @@
 use super::{FAILED, INTERRUPTED, WRONG, failed};
 use crate::arguments::{Suite, Validate};
 use std::process::ExitCode;
-
 use validation::run::{Error, fails};
 use validation::{page, study, tables};
 

@@ -9,7 +9,7 @@
 //! | notation | meaning |
 //! |---|---|
 //! | resolution `n` | particles along the study's `length`: `Δx = length / n` |
-//! | error | (found − reference) / abs(reference); found − reference where the reference is zero |
+//! | error | found / reference − 1: over zero is too much; found − reference where the reference is zero |
 //! | order `p` | of the measure's own convergence, `f(Δx) = f0 + C Δxᵖ` through its three finest resolutions |
 //! | judged | whether a measure that misses its tolerance fails the command; the default operator's are |
 

@@ -255,7 +255,7 @@ fn measured(
             Some(_) => f64::NAN,
             None => measure::take(measure, &variant.probes, windows)?,
         };
-        let scale = if measure.reference == 0.0 { 1.0 } else { measure.reference.abs() };
+        let scale = if measure.reference == 0.0 { 1.0 } else { measure.reference };
         values.push(Value {
             resolution: variant.resolution,
             found,

@@ -45,7 +45,10 @@ pub fn order(measured: &Measured) -> String {
     match measured.convergence {
         Some(c) => format!("observed order {:.1}, towards {}", c.order, five(c.limit)),
         None if measured.values.len() < 3 || measured.measure.reference == 0.0 => String::new(),
-        None => "no observed order: the values do not approach a limit from one side".to_owned(),
+        None => {
+            "no observed order: the steps between the three finest do not shrink as a power of the spacing"
+                .to_owned()
+        }
     }
 }
 

@@ -1,0 +1,40 @@
+//! `meniscus validate` over its coarse resolutions: every case is within its tolerances, and tables and page are there.
+
+use std::path::Path;
+use std::process::Command;
+
+#[test]
+fn the_structure_is_within_its_tolerances_at_the_coarsest_resolutions() {
+    let out = tempfile::tempdir().unwrap();
+    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
+    let output = Command::new(env!("CARGO_BIN_EXE_meniscus"))
+        .args(["validate", "structure", "--coarse", "--quiet", "--cases"])
+        .arg(&cases)
+        .arg("--out")
+        .arg(out.path())
+        .output()
+        .expect("the command starts");
+    let (text, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{text}\n{errors}");
+    for case in ["clamped_plate", "oscillating_plate", "static_cantilever", "turek_hron"] {
+        assert!(text.contains(case), "{text}");
+    }
+    let validated = out.path().join("validate");
+    let table = std::fs::read_to_string(validated.join("validation.csv")).unwrap();
+    // A heading, then the judged measures: one of each static case, period and amplitude of the plate.
+    assert!(table.lines().count() >= 6, "{table}");
+    let page = std::fs::read_to_string(validated.join("validation.html")).unwrap();
+    assert!(page.contains("<svg") && page.contains("clamped_plate/static-4/report.html"), "{page}");
+    assert!(validated.join("clamped_plate/static-4/report.html").exists());
+}
+
+#[test]
+fn a_case_that_is_not_there_is_named() {
+    let output = Command::new(env!("CARGO_BIN_EXE_meniscus"))
+        .args(["validate", "structure", "--case", "nowhere", "--cases"])
+        .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("cases"))
+        .output()
+        .expect("the command starts");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("`nowhere`"));
+}
