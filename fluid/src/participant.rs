@@ -181,8 +181,10 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         &mut self,
         start: f64,
         inputs: &Fields,
-        _outputs: &mut Fields,
+        outputs: &mut Fields,
     ) -> Result<Readiness, ParticipantError> {
+        // There is no pressure before the first window is solved.
+        outputs.iter_mut().for_each(|(_, values)| values.fill(0.0));
         let interface = InterfaceParticles {
             volumes: inputs.get(names::REFERENCE_VOLUME).unwrap_or_default().to_vec(),
             densities: inputs.get(names::DENSITY).unwrap_or_default().to_vec(),

@@ -7,4 +7,5 @@ mod command;
 mod coupling;
 mod gate;
 mod processes;
+mod solvers;
 mod support;

@@ -74,6 +74,8 @@ impl<S: Service> Connection<S> {
                 Ok((incoming, outgoing)) => {
                     let mut connection = Self::over(node, incoming, outgoing, stop)?;
                     connection.watch(alive);
+                    // While it is there: of one that goes before we first look for messages nothing would be left to know its end by.
+                    connection.peer.find(&connection.incoming.messages);
                     return Ok(connection);
                 }
                 Err(NotOpened::Never(what)) => {
