@@ -114,10 +114,7 @@ fn the_gate_is_as_the_benchmark_has_it() {
     assert_eq!(fluid.max_time_step, 0.005);
     let columns: Vec<_> = case.probes.iter().flat_map(|probe| probe.columns(2)).collect();
     assert_eq!(columns, ["tip.ux", "tip.uy", "gate.fx", "gate.fy", "tank.fx", "tank.fy", "corner.p"]);
-    assert_eq!(structure.clamps[0].region, ClampRegion::Face { face: Face::Top, rows: 0 });
-    let rows =
-        Clamp { region: ClampRegion::Face { face: Face::Top, rows: 3 }, ..structure.clamps[0].clone() };
-    let rows = rows.rows_box(&structure.bodies[0].bounds, 0.00125).unwrap();
+    let rows = structure.clamps[0].rows_box(&structure.bodies[0].bounds, 0.00125).unwrap();
     assert_eq!((rows.low, rows.high), (vec![0.1, 0.079], vec![0.105, 0.079 + 3.0 * 0.00125]));
 }
 
