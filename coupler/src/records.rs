@@ -32,8 +32,11 @@ pub struct Records {
     seconds: Vec<f64>,
 }
 
+/// Components of a vector and their names in a column's name.
+type Axes = &'static [(usize, &'static str)];
+
 /// Which parts of a resultant are recorded: force components, moment components.
-fn axes(dimension: usize) -> (&'static [(usize, &'static str)], &'static [(usize, &'static str)]) {
+fn axes(dimension: usize) -> (Axes, Axes) {
     match dimension {
         2 => (&[(0, "x"), (1, "y")], &[(2, "z")]),
         _ => (&[(0, "x"), (1, "y"), (2, "z")], &[(0, "x"), (1, "y"), (2, "z")]),

@@ -19,7 +19,9 @@ pub fn check(arguments: &CaseArguments) -> ExitCode {
     for (role, preview) in previews.into_iter().flatten() {
         match preview {
             Ok(lines) => {
-                lines.iter().for_each(|(what, value)| say(format_args!("{role:<10} {what:<24} {value}")))
+                for (what, value) in lines {
+                    say(format_args!("{role:<10} {what:<24} {value}"));
+                }
             }
             Err(error) => return failed(error),
         }

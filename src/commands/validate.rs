@@ -51,7 +51,7 @@ pub fn validate(arguments: &Validate) -> ExitCode {
     let written = tables::write(&results, &out).and_then(|()| page::write(&results, suite, &out));
     match written {
         Ok(page) => {
-            println!("tables      {}\npage        {}", out.join(tables::FILE).display(), page.display())
+            println!("tables      {}\npage        {}", out.join(tables::FILE).display(), page.display());
         }
         Err(error) => return failed(error),
     }

@@ -28,7 +28,7 @@ fn static_displacements(structure: &mut Structure<2>, gravity: V, spacing: f64) 
     let dot = |a: &[V], b: &[V]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
     let mut stiffness_times = |v: &[V]| -> Vec<V> {
         // Central differences over a thousandth of the spacing: the error is of second order.
-        let step = 1e-3 * spacing / v.iter().map(|v| v.amax()).fold(f64::MIN_POSITIVE, f64::max);
+        let step = 1e-3 * spacing / v.iter().map(Vector::amax).fold(f64::MIN_POSITIVE, f64::max);
         let mut moved = rest.clone();
         let mut out = vec![V::zeros(); count];
         for sign in [1.0, -1.0] {

@@ -1,6 +1,7 @@
 //! Balances of the fluid since the start: works and impulses summed over the accepted steps, and the state's own figures.
 
 use crate::{Fluid, State, StepReport};
+use sph::Vector;
 
 /// Figures of an accepted state, in the order of [`Ledger::NAMES`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,7 +62,7 @@ impl Ledger {
         let f = &mut ledger.figures;
         f[at::KINETIC] = state.velocities.iter().map(|u| 0.5 * mass * u.norm_squared()).sum();
         f[at::POTENTIAL] = state.positions.iter().map(|r| -mass * gravity.dot(r)).sum();
-        f[at::MAX_SPEED] = state.velocities.iter().map(|u| u.norm()).fold(0.0, f64::max);
+        f[at::MAX_SPEED] = state.velocities.iter().map(Vector::norm).fold(0.0, f64::max);
         f[at::PARTICLES] = state.len() as f64;
         ledger
     }
