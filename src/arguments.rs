@@ -61,7 +61,7 @@ pub struct Run {
     /// The case.
     #[command(flatten)]
     pub case: CaseArguments,
-    /// Folder of the outputs [default: out/<name of the case>]
+    /// Folder of the outputs [default: out/NAME, the name of the case]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Call the solvers in this process: the same results to the bit, no processes, no shared memory

@@ -1,6 +1,6 @@
 //! The structure as a participant: the one file of this crate that knows the case, messages and outputs.
 //!
-//! Case → [`Setup`]; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and energies.
+//! Case → [`crate::Setup`]; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and energies.
 
 mod saved;
 mod setup;

@@ -18,7 +18,7 @@ const ITERATIONS: usize = 40;
 const PROBE: f64 = 1e-5;
 
 impl<const D: usize> Structure<D> {
-    /// The stable step (s): [`SAFETY`] times `2√2/ω_max`, at rest in the reference configuration; with damping `c` the limit on the real axis,
+    /// The stable step (s): `SAFETY` times `2√2/ω_max`, at rest in the reference configuration; with damping `c` the limit on the real axis,
     /// `2.78/c`, is kept too.
     pub fn stable_time_step(&self) -> f64 {
         self.stable_time_step
