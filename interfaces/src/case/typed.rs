@@ -1,5 +1,5 @@
 //! The case file as users write it: what may be left out is an `Option` or has a default. The key names are the fields' names, the JSON schema
-//! (descriptions included) is made of these types, and [`super::conform`] holds the text against that schema.
+//! (descriptions included) is made of these types, and `super::conform` holds the text against that schema.
 
 use super::geometry::{AxisBox, Face, Side};
 use super::numerics::{FluidNumericsKeys, StructureNumericsKeys};
@@ -65,7 +65,7 @@ pub struct Fluid {
     /// Kinematic viscosity (m²/s).
     #[schemars(extend("minimum" = 0))]
     pub kinematic_viscosity: f64,
-    /// Particle spacing Δx (m); that of [case] if left out.
+    /// Particle spacing Δx (m); that of `[case]` if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub particle_spacing: Option<f64>,
     /// Largest time step (s); the output interval if left out.
@@ -155,7 +155,7 @@ pub enum StartWord {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Structure {
-    /// Particle spacing Δx (m); that of [case] if left out.
+    /// Particle spacing Δx (m); that of `[case]` if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub particle_spacing: Option<f64>,
     /// Material of all bodies.
