@@ -52,7 +52,9 @@ pub enum ErrorKind {
     #[expect(missing_docs, reason = "the message names each")]
     Layers { body: usize, axis: usize, layers: usize },
     /// An option out of range.
-    #[error("{name} = {value} is out of range; give a finite number that is not negative")]
+    #[error(
+        "{name} = {value} is out of range; give a finite number that is not negative, for step_fraction one in (0, 0.9]"
+    )]
     #[expect(missing_docs, reason = "the message names each")]
     Option { name: &'static str, value: f64 },
     /// A load on a particle that is not there.

@@ -198,6 +198,8 @@ pub struct Setup<const D: usize> {
     pub damping: f64,
     /// Coefficient `ζ` of the hourglass control of Ganzenmüller 2015; others run 0.01 to 0.1. Zero: none.
     pub hourglass: f64,
+    /// Largest sub-step over the limit of stability, in (0, 0.9]; 0.9 unless told. The method loses energy with the fifth power of the step.
+    pub step_fraction: f64,
 }
 
 impl<const D: usize> Setup<D> {
@@ -211,6 +213,7 @@ impl<const D: usize> Setup<D> {
             smoothing_ratio: None,
             damping: 0.0,
             hourglass: 0.0,
+            step_fraction: crate::stability::SAFETY,
         }
     }
 
@@ -243,6 +246,9 @@ impl<const D: usize> Setup<D> {
         positive("smoothing_ratio", self.smoothing_ratio(), false);
         positive("damping", self.damping, true);
         positive("hourglass", self.hourglass, true);
+        if !(self.step_fraction > 0.0 && self.step_fraction <= crate::stability::SAFETY) {
+            mistakes.push(ErrorKind::Option { name: "step_fraction", value: self.step_fraction });
+        }
         if !self.gravity.iter().all(|g| g.is_finite()) {
             mistakes.push(ErrorKind::Option { name: "gravity", value: f64::NAN });
         }

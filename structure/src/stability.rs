@@ -2,13 +2,14 @@
 
 use crate::field::Field;
 use crate::kernels;
+use crate::setup::Setup;
 use crate::structure::Structure;
 use sph::Vector;
 
 /// Fourth-order Runge–Kutta is stable on the imaginary axis up to `ω Δt = 2√2` (Hairer and Wanner 1996, §IV.2).
 const RUNGE_KUTTA_LIMIT: f64 = 2.0 * std::f64::consts::SQRT_2;
 
-/// Fraction of the limit that is allowed: the largest frequency rises with deformation, and the iteration finds it from below.
+/// Largest fraction of the limit that is allowed: the largest frequency rises with deformation, and the iteration finds it from below.
 pub const SAFETY: f64 = 0.9;
 
 /// Lanczos vectors. The largest Ritz value is then within 1e-3 of the eigenvalue on lattices of 10² to 10⁵ particles.
@@ -18,7 +19,7 @@ const ITERATIONS: usize = 40;
 const PROBE: f64 = 1e-5;
 
 impl<const D: usize> Structure<D> {
-    /// The stable step (s): `SAFETY` times `2√2/ω_max`, at rest in the reference configuration; with damping `c` the limit on the real axis,
+    /// The stable step (s): [`step_fraction`](crate::Setup::step_fraction) times `2√2/ω_max`, at rest in the reference configuration; with damping `c` the limit on the real axis,
     /// `2.78/c`, is kept too.
     pub fn stable_time_step(&self) -> f64 {
         self.stable_time_step
@@ -28,8 +29,9 @@ impl<const D: usize> Structure<D> {
     pub(crate) fn stable_time_step_at_rest(&mut self) -> f64 {
         let spacing = self.setup.bodies.iter().map(crate::Body::spacing).fold(f64::INFINITY, f64::min);
         let omega = self.largest_frequency(PROBE * spacing);
-        let step = SAFETY * RUNGE_KUTTA_LIMIT / omega;
-        if self.setup.damping > 0.0 { step.min(SAFETY * 2.78 / self.setup.damping) } else { step }
+        let Setup { step_fraction, damping, .. } = self.setup;
+        let step = step_fraction * RUNGE_KUTTA_LIMIT / omega;
+        if damping > 0.0 { step.min(step_fraction * 2.78 / damping) } else { step }
     }
 
     /// Lanczos on `−∂a/∂x`, which is symmetric in the product weighted with the masses; with `y = √m v` in the usual one.

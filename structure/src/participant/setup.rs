@@ -64,6 +64,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
     };
     setup.smoothing_ratio = Some(structure.numerics.smoothing_ratio);
     setup.damping = structure.numerics.damping;
+    setup.step_fraction = structure.numerics.step_fraction;
     setup.hourglass = structure.numerics.hourglass;
     let mut first = 0;
     for (part, body) in structure.bodies.iter().zip(&setup.bodies) {
