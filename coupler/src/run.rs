@@ -11,6 +11,7 @@ use interfaces::case::resolved::{Start, StructureVelocity};
 use interfaces::{Participant, ParticipantError, Role, SubSteps, pairing};
 use output::summary::{RoleUse, Status, Summary};
 use std::collections::BTreeMap;
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -97,24 +98,27 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
         threads: threads(case),
         ..Summary::default()
     };
-    let mut result = callable(case, options).and_then(|()| prepare_folder(&options.out, case));
-    if result.is_ok() {
-        result = couple(case, options, solvers, &mut summary);
-        summary.wall_seconds = started.elapsed().as_secs_f64();
-        for use_of in summary.roles.values_mut() {
-            use_of.share = use_of.compute_seconds / summary.wall_seconds;
-        }
-        (summary.status, summary.message) = match &result {
-            Ok(()) if summary.simulated_seconds < case.general.end_time => {
-                (Status::Interrupted, Some("the run was told to stop".to_owned()))
-            }
-            Ok(()) => (Status::Completed, None),
-            Err(error) if error.is_interruption() => (Status::Interrupted, Some(error.to_string())),
-            Err(error) => (Status::Failed, Some(error.to_string())),
-        };
-        let written = summary.write(&options.out.join(SUMMARY));
-        result = result.and(written.map_err(RunError::from));
+    // Held until the end: a second run into the same folder is refused.
+    let folder = match callable(case, options).and_then(|()| prepare_folder(&options.out, case)) {
+        Ok(folder) => folder,
+        Err(error) => return (summary, Err(error)),
+    };
+    let mut result = couple(case, options, solvers, &mut summary);
+    summary.wall_seconds = started.elapsed().as_secs_f64();
+    for use_of in summary.roles.values_mut() {
+        use_of.share = use_of.compute_seconds / summary.wall_seconds;
     }
+    (summary.status, summary.message) = match &result {
+        Ok(()) if summary.simulated_seconds < case.general.end_time => {
+            (Status::Interrupted, Some("the run was told to stop".to_owned()))
+        }
+        Ok(()) => (Status::Completed, None),
+        Err(error) if error.is_interruption() => (Status::Interrupted, Some(error.to_string())),
+        Err(error) => (Status::Failed, Some(error.to_string())),
+    };
+    let written = summary.write(&options.out.join(SUMMARY));
+    result = result.and(written.map_err(RunError::from));
+    drop(folder);
     (summary, result)
 }
 
@@ -142,6 +146,7 @@ fn windows(
     summary: &mut Summary,
 ) -> Result<(), RunError> {
     let mut schedule = schedule(case);
+    let started = Instant::now();
     let mut progress = Progress::new(schedule.time(), case.general.end_time, options.quiet);
     let stop = || options.stop.load(Ordering::Relaxed);
     let onward = || if stop() { Onward::Stop } else { Onward::Continue };
@@ -180,6 +185,9 @@ fn windows(
         (None, None) => unreachable!("a checked case has a fluid or a structure"),
     };
     progress.end();
+    for role in summary.roles.values_mut() {
+        role.wait_seconds = (started.elapsed().as_secs_f64() - role.compute_seconds).max(0.0);
+    }
     summary.windows = schedule.windows();
     summary.simulated_seconds = schedule.time();
     (summary.balances, summary.condition_46) = (sums.balances, sums.condition_46);
@@ -249,11 +257,17 @@ fn callable(case: &Case, options: &Options) -> Result<(), RunError> {
     }
 }
 
-/// Makes the folder, or empties it of an earlier run; writes the case as resolved.
-fn prepare_folder(out: &Path, case: &Case) -> Result<(), RunError> {
+/// Makes the folder, or empties it of an earlier run; writes the case as resolved. Gives the folder, locked while it is open.
+fn prepare_folder(out: &Path, case: &Case) -> Result<File, RunError> {
     let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
     std::fs::create_dir_all(out).map_err(|e| folder(e.to_string()))?;
     let mut entries = std::fs::read_dir(out).map_err(|e| folder(e.to_string()))?;
+    let opened = File::open(out).map_err(|e| folder(e.to_string()))?;
+    match opened.try_lock() {
+        Err(TryLockError::WouldBlock) => return Err(folder("another run writes to it".to_owned())),
+        // Some file systems know no locks; the run does not depend on them.
+        Ok(()) | Err(TryLockError::Error(_)) => {}
+    }
     let holds_a_run =
         std::fs::read_to_string(out.join(CASE)).is_ok_and(|text| text.lines().next() == Some(RESOLVED));
     if !holds_a_run && entries.next().is_some() {
@@ -277,7 +291,8 @@ fn prepare_folder(out: &Path, case: &Case) -> Result<(), RunError> {
         remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;
     }
     let text = format!("{RESOLVED}\n\n{}", case.to_toml());
-    output::atomic::write_file(&out.join(CASE), text.as_bytes()).map_err(|e| folder(e.to_string()))
+    output::atomic::write_file(&out.join(CASE), text.as_bytes()).map_err(|e| folder(e.to_string()))?;
+    Ok(opened)
 }
 
 fn remove(path: &Path, how: impl Fn(&Path) -> std::io::Result<()>) -> std::io::Result<()> {

@@ -29,8 +29,10 @@ pub struct Side {
     pub window_limit: f64,
     /// Its scalars, in the order of its description.
     pub scalars: Vec<f64>,
-    /// Sub-steps it took over all solutions, rejected ones and predictions among them.
+    /// Sub-steps of the accepted windows; predictions and rejected iterations are not counted.
     pub sub_steps: u64,
+    /// Sub-steps of the last solution.
+    solution_sub_steps: u32,
     /// Wall time of its own work over all solutions (s).
     pub compute_seconds: f64,
 }
@@ -45,6 +47,7 @@ impl Side {
             window_limit: f64::INFINITY,
             scalars: Vec::new(),
             sub_steps: 0,
+            solution_sub_steps: 0,
             compute_seconds: 0.0,
         }
     }
@@ -92,7 +95,7 @@ impl Side {
         let result = self.participant.finish(&mut self.outputs);
         let report = result.map_err(|e| self.failed(solving(window), e))?;
         let WindowReport { sub_steps, window_limit, compute_seconds, scalars } = report;
-        self.sub_steps += u64::from(sub_steps);
+        self.solution_sub_steps = sub_steps;
         self.compute_seconds += compute_seconds;
         self.take(window_limit, scalars).map_err(|e| self.failed(solving(window), e))
     }
@@ -106,7 +109,9 @@ impl Side {
     /// Makes the last solution final, and has a snapshot written if one is due.
     pub fn accept(&mut self, window: &TimeWindow, snapshot: Option<u64>) -> Result<(), SideError> {
         let during = || format!("while accepting window {} at t = {} s", window.index, window.end());
-        self.participant.accept(snapshot).map_err(|e| self.failed(during(), e))
+        self.participant.accept(snapshot).map_err(|e| self.failed(during(), e))?;
+        self.sub_steps += u64::from(self.solution_sub_steps);
+        Ok(())
     }
 
     /// Ends the participant in order.

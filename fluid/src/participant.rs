@@ -269,12 +269,7 @@ fn describe<const D: usize>(probes: &[Probe]) -> Description {
         })
         .collect();
     for probe in probes {
-        let unit = probe.quantity.unit();
-        scalars.extend(probe.columns(D).into_iter().map(|name| Scalar {
-            name,
-            unit: unit.to_owned(),
-            kind: ScalarKind::Probe,
-        }));
+        scalars.extend(probe.scalars(D));
     }
     Description {
         role: Role::Fluid,

@@ -1,7 +1,9 @@
 //! Which call is legal when: one table, used by every client, server and stand-in.
 
 use crate::{Description, Fields, Participant, ParticipantError, Readiness, TimeWindow, WindowReport};
+use std::any::Any;
 use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use thiserror::Error;
 
 /// Where a participant is in its life.
@@ -180,7 +182,7 @@ impl Lifecycle {
 }
 
 /// A participant behind the table: calls out of order, wrong windows and fields that are not finite are refused before they reach it,
-/// and what it gives is checked before it is passed on. Illegal calls leave it as it was; failed calls break it for good.
+/// and what it gives is checked before it is passed on. Illegal calls leave it as it was; failed calls, panics among them, break it for good.
 pub struct Guarded<P> {
     inner: P,
     life: Lifecycle,
@@ -224,7 +226,7 @@ impl<P: Participant> Participant for Guarded<P> {
     ) -> Result<Readiness, ParticipantError> {
         self.life.check(Call::Initialize)?;
         inputs.check_finite()?;
-        let result = self.inner.initialize(start, inputs, outputs);
+        let result = caught(|| self.inner.initialize(start, inputs, outputs));
         let result = result.and_then(|ready| Ok(outputs.check_finite().map(|()| ready)?));
         self.made(Call::Initialize, None, result)
     }
@@ -232,27 +234,28 @@ impl<P: Participant> Participant for Guarded<P> {
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
         self.life.check_window(window)?;
         inputs.check_finite()?;
-        let result = self.inner.start(window, inputs);
+        let result = caught(|| self.inner.start(window, inputs));
         self.made(Call::Start, Some(window), result)
     }
 
     fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
         self.life.check(Call::Finish)?;
-        let result = self.inner.finish(outputs);
+        let result = caught(|| self.inner.finish(outputs));
         let result = result.and_then(|report| Ok(outputs.check_finite().map(|()| report)?));
         self.made(Call::Finish, None, result)
     }
 
     fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
         self.life.check(Call::Accept)?;
-        let result = self.inner.accept(snapshot);
+        let result = caught(|| self.inner.accept(snapshot));
         self.made(Call::Accept, None, result)
     }
 
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
         self.life.check(Call::Save)?;
         let mut bytes = self.life.accepted().to_le_bytes().to_vec();
-        bytes.extend(self.inner.save()?);
+        let result = caught(|| self.inner.save());
+        bytes.extend(self.made(Call::Save, None, result)?);
         Ok(bytes)
     }
 
@@ -262,21 +265,30 @@ impl<P: Participant> Participant for Guarded<P> {
             .split_at_checked(8)
             .ok_or_else(|| ParticipantError::failed("a saved state has at least 8 bytes"))?;
         let accepted = u64::from_le_bytes(count.try_into().expect("eight bytes were split off"));
-        match self.inner.restore(rest) {
+        let result = caught(|| self.inner.restore(rest));
+        match &result {
             Ok(()) => self.life.restored(accepted),
-            Err(error) => {
-                self.life.failed();
-                return Err(error);
-            }
+            Err(_) => self.life.failed(),
         }
-        Ok(())
+        result
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {
         self.life.check(Call::Terminate)?;
-        let result = self.inner.terminate();
+        let result = caught(|| self.inner.terminate());
         self.made(Call::Terminate, None, result)
     }
+}
+
+/// Makes a panic of the participant an error with its text.
+pub(crate) fn caught<T>(call: impl FnOnce() -> Result<T, ParticipantError>) -> Result<T, ParticipantError> {
+    catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| Err(ParticipantError::Failed(told(&*panic))))
+}
+
+fn told(panic: &(dyn Any + Send)) -> String {
+    let text =
+        panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
+    format!("it panicked: {}", text.unwrap_or("no text was given"))
 }
 
 #[cfg(test)]

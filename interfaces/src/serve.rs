@@ -1,10 +1,9 @@
 //! The participant's side: any participant, served to a coupler in another process.
 
+use crate::lifecycle::caught;
 use crate::protocol::{Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, Selection, VERSION, Welcome};
 use crate::transport::{Address, Alive, Connection, Deadlines, Message, Service, ipc};
 use crate::{Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port, State};
-use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -66,7 +65,7 @@ pub fn serve_over<S: Service>(
     let ended = session.run(&mut connection, deadlines);
     if !matches!(ended, Ok(())) {
         // The error that ended the session is the one to report; a participant that fails again on its way out adds nothing.
-        let _ = guarded(|| session.participant.terminate());
+        let _ = caught(|| session.participant.terminate());
     }
     ended
 }
@@ -162,7 +161,7 @@ impl Session<'_> {
             if kind == Kind::Goodbye {
                 return Err(ServeError::Abandoned);
             }
-            match guarded(|| self.answer(connection, message)) {
+            match caught(|| self.answer(connection, message)) {
                 Ok(None) => {}
                 Ok(Some(answer)) => {
                     let payload = Payload {
@@ -305,15 +304,4 @@ fn wait_for_goodbye<S: Service>(connection: &mut Connection<S>, deadlines: Deadl
 
 fn wrong(request: &MessageHeader, what: &str) -> ParticipantError {
     ParticipantError::Protocol { during: format!("with {}", request.name()), what: what.to_owned() }
-}
-
-/// Makes a panic of the participant an error with its text.
-fn guarded<T>(call: impl FnOnce() -> Result<T, ParticipantError>) -> Result<T, ParticipantError> {
-    catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| Err(ParticipantError::Failed(told(&*panic))))
-}
-
-fn told(panic: &(dyn Any + Send)) -> String {
-    let text =
-        panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    format!("it panicked: {}", text.unwrap_or("no text was given"))
 }

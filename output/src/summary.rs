@@ -87,7 +87,7 @@ pub struct RoleUse {
     /// Time spent computing, in s.
     #[serde(deserialize_with = "null_as_nan")]
     pub compute_seconds: f64,
-    /// Time spent waiting for the others, in s.
+    /// Time from its initialisation on in which it did not compute, in s: it waited for its turn and for messages.
     #[serde(deserialize_with = "null_as_nan")]
     pub wait_seconds: f64,
     /// `compute_seconds` as a fraction of the run's `wall_seconds`.
@@ -95,8 +95,6 @@ pub struct RoleUse {
     pub share: f64,
     /// Largest resident memory of the role's process, in bytes; 0 where it was not measured.
     pub peak_memory_bytes: u64,
-    /// Number of particles; 0 for a role without.
-    pub particles: u64,
     /// Anything else.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub extra: Extra,

@@ -150,12 +150,11 @@ fn write_case(dir: &Path) {
 }
 
 fn write_summary(dir: &Path) {
-    let role = |compute_seconds: f64, particles: u64| RoleUse {
+    let role = |compute_seconds: f64| RoleUse {
         compute_seconds,
         wait_seconds: 82.0 - compute_seconds,
         share: compute_seconds / 82.0,
         peak_memory_bytes: 41_000_000,
-        particles,
         ..RoleUse::default()
     };
     let probes = table::read(&dir.join("probes.csv")).unwrap();
@@ -169,7 +168,7 @@ fn write_summary(dir: &Path) {
         sub_steps: 400_000,
         simulated_seconds: END,
         wall_seconds: 82.0,
-        roles: [("fluid", role(61.0, 8960)), ("structure", role(18.5, 256)), ("coupler", role(0.7, 0))]
+        roles: [("fluid", role(61.0)), ("structure", role(18.5)), ("coupler", role(0.7))]
             .map(|(name, role)| (name.to_owned(), role))
             .into(),
         condition_46: Some(Condition46 {

@@ -258,12 +258,7 @@ fn describe<const D: usize>(case: &Case, points: usize) -> Description {
     let energies = ["kinetic_energy", "strain_energy", "potential_energy", "load_work", "dissipated_energy"];
     let mut scalars: Vec<Scalar> = energies.into_iter().map(balance).collect();
     for probe in case.probes.iter().filter(|p| p.is_on_structure()) {
-        let unit = probe.quantity.unit();
-        scalars.extend(probe.columns(D).into_iter().map(|name| Scalar {
-            name,
-            unit: unit.to_owned(),
-            kind: ScalarKind::Probe,
-        }));
+        scalars.extend(probe.scalars(D));
     }
     Description {
         role: Role::Structure,

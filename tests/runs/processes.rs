@@ -280,6 +280,24 @@ fn who_cannot_be_started_leaves_nobody_behind() {
 }
 
 #[test]
+fn a_folder_takes_one_run_at_a_time() {
+    let bench = Bench::new();
+    let run = endless(&bench, "out", &[]);
+    wait_for_windows(&bench, "out", 1);
+    let second = endless(&bench, "out", &["--in-process"]).wait();
+    assert_eq!(second.status.code(), Some(1), "{}", second.errors);
+    assert!(
+        second.errors.contains("another run writes to it; choose another with --out"),
+        "{}",
+        second.errors
+    );
+    wait_for_windows(&bench, "out", 10);
+    run.signal(Signal::INT);
+    assert_eq!(noticed(run).status.code(), Some(130));
+    readable(&bench.outputs("out"), 10);
+}
+
+#[test]
 fn another_run_at_the_same_time_is_undisturbed() {
     let bench = Bench::new();
     let words = ["--set", "case.end_time=0.06"];

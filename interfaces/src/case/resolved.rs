@@ -3,7 +3,7 @@
 use super::geometry::{AxisBox, Face, Side};
 use super::numerics::{FluidNumerics, StructureNumerics};
 use super::typed;
-use crate::SubSteps;
+use crate::{Scalar, ScalarKind, SubSteps};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -481,6 +481,13 @@ impl Probe {
             .iter()
             .map(|component| format!("{}.{component}", self.name))
             .collect()
+    }
+
+    /// The scalars that the participant which records it describes, one a column.
+    pub fn scalars(&self, dimension: usize) -> impl Iterator<Item = Scalar> {
+        let unit = self.quantity.unit();
+        let scalar = move |name| Scalar { name, unit: unit.to_owned(), kind: ScalarKind::Probe };
+        self.columns(dimension).into_iter().map(scalar)
     }
 
     /// Whether the structure records it (otherwise the fluid does).

@@ -130,16 +130,15 @@ fn role_table(text: &mut String, summary: &Summary) {
         return;
     }
     text.push_str(
-        "<div class=\"scroll\"><table>\n<tr><th>role</th><th>particles</th><th>computing (s)</th>\
+        "<div class=\"scroll\"><table>\n<tr><th>role</th><th>computing (s)</th>\
          <th>waiting (s)</th><th>share</th><th>memory (MB)</th></tr>\n",
     );
     let known = |count: u64, value: String| if count == 0 { "–".to_owned() } else { value };
     for (name, role) in &summary.roles {
         let _ = writeln!(
             text,
-            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
+            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             escape(name),
-            known(role.particles, role.particles.to_string()),
             short(role.compute_seconds),
             short(role.wait_seconds),
             short(role.share),

@@ -1,7 +1,7 @@
 //! Mocks from words, their loads, records, scripts and faults.
 
 use interfaces::port::names;
-use interfaces::{Direction, Fields, Participant, SubSteps, TimeWindow};
+use interfaces::{Direction, Fields, Guarded, Participant, ParticipantError, SubSteps, TimeWindow};
 use partners::scripted::{Arrays, Solution};
 use partners::{Fault, Faulty, Log, MockSpec, Recording, Script, Scripted, build, help};
 use std::os::unix::process::ExitStatusExt;
@@ -213,6 +213,18 @@ fn a_fault_strikes_at_its_place_only() {
         Faulty::new(build("rigid").expect("a mock"), vec![fault]).terminate()
     });
     assert!(panics.is_err());
+}
+
+#[test]
+fn a_guarded_participant_that_panics_has_failed_for_good() {
+    let fault: Fault = "panic@0/start".parse().expect("a fault");
+    let mut mock = Guarded::new(Faulty::new(build("rigid").expect("a mock"), vec![fault]));
+    let (load, mut motion) = fields(&mock, 0);
+    mock.initialize(0.0, &load, &mut motion).expect("a start");
+    let message = mock.start(&WINDOW, &load).expect_err("a fault").to_string();
+    assert!(message.starts_with("it panicked: fault as told"), "{message}");
+    assert!(matches!(mock.save(), Err(ParticipantError::IllegalCall(_))));
+    mock.terminate().expect("the only call that a broken participant takes");
 }
 
 /// Not a test of its own: the process that `deadly_faults_end_the_process` starts.
