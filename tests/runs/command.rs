@@ -39,7 +39,7 @@ fn a_mistake_in_the_case_is_one_clear_error() {
         ),
         ("density = 1000.0", "density = -1000.0", "fluid.density = -1000.0: must be over 0"),
         (
-            "law = \"almansi-hooke\"",
+            "law = \"saint-venant-kirchhoff\"",
             "law = \"granite\"",
             "structure.material.law = \"granite\": is none of \"almansi-hooke\"",
         ),
