@@ -3,7 +3,9 @@
 //! Start at [`schemes::serial_explicit`], the coupling loop. It sees participants and slices: no socket, no file, no wall clock, and
 //! neither solver by name. [`schedule`] keeps the time, [`condition46`] the balance along the normals.
 
+pub mod acceleration;
 pub mod condition46;
+pub mod convergence;
 pub mod launch;
 pub mod progress;
 pub mod records;

@@ -1,10 +1,13 @@
 //! What the coupler writes of accepted windows: `windows.csv`, `probes.csv`, and from them the balances of `summary.json`.
 
 use crate::condition46::Resultant;
+use crate::convergence::Residual;
 use crate::schemes::Accepted;
 use crate::side::Side;
-use interfaces::ScalarKind;
-use output::summary::{Balances, Condition46, EnergyBalance, Extremes, FluidBalance, Residual};
+use interfaces::{ScalarKind, TimeWindow};
+use output::summary::{
+    Balances, Condition46, EnergyBalance, Extremes, FluidBalance, Iterations, Residual as Spread,
+};
 use output::table::{self, Columns, Table};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,6 +17,9 @@ pub const WINDOWS: &str = "windows.csv";
 /// File of one row a window of probe values.
 pub const PROBES: &str = "probes.csv";
 
+/// File of one row an iteration; only with an implicit scheme.
+pub const ITERATIONS: &str = "iterations.csv";
+
 /// Scalars whose sum over both sides is the energy of the whole (J).
 const ENERGIES: [&str; 3] = ["kinetic_energy", "potential_energy", "strain_energy"];
 
@@ -22,6 +28,8 @@ pub struct Records {
     dir: PathBuf,
     windows: Table,
     probes: Option<Table>,
+    iterations: Option<Table>,
+    solved: IterationSums,
     dimension: usize,
     coupled: bool,
     impulse_given: [f64; 3],
@@ -82,6 +90,8 @@ impl Records {
             dir: dir.to_owned(),
             windows,
             probes,
+            iterations: None,
+            solved: IterationSums::default(),
             dimension,
             coupled,
             impulse_given: [0.0; 3],
@@ -93,6 +103,33 @@ impl Records {
         };
         records.probe_row(time, sides)?;
         Ok(records)
+    }
+
+    /// Makes the table of iterations.
+    pub fn record_iterations(&mut self) -> output::Result<()> {
+        let columns = ["window", "iteration", "residual_absolute", "residual_relative", "residual_of_first"];
+        self.iterations = Some(Table::create(&self.dir.join(ITERATIONS), &columns)?);
+        self.solved = IterationSums::default();
+        Ok(())
+    }
+
+    /// Writes what each iteration of an accepted window left; nothing with an explicit scheme.
+    pub fn iterations(&mut self, window: &TimeWindow, residuals: &[Residual]) -> output::Result<()> {
+        let Some(table) = &mut self.iterations else { return Ok(()) };
+        for (iteration, left) in residuals.iter().enumerate() {
+            table.row(&[
+                window.index as f64,
+                iteration as f64,
+                left.absolute,
+                left.relative,
+                left.of_first,
+            ])?;
+        }
+        let solved = &mut self.solved;
+        (solved.windows, solved.total) = (solved.windows + 1, solved.total + residuals.len() as u64);
+        solved.most = solved.most.max(residuals.len() as u64);
+        solved.not_converged += u64::from(residuals.last().is_some_and(|left| !left.converged));
+        Ok(())
     }
 
     /// Writes an accepted window's rows.
@@ -138,7 +175,10 @@ impl Records {
     /// Hands all rows so far to the operating system.
     pub fn flush(&mut self) -> output::Result<()> {
         self.windows.flush()?;
-        self.probes.as_mut().map_or(Ok(()), Table::flush)
+        for table in [&mut self.probes, &mut self.iterations].into_iter().flatten() {
+            table.flush()?;
+        }
+        Ok(())
     }
 
     fn probe_row(&mut self, time: f64, sides: &[&Side]) -> output::Result<()> {
@@ -174,16 +214,35 @@ impl Records {
             balances.work_given_joules = Some(self.work_given);
             balances.work_taken_joules = Some(self.work_applied);
         }
-        let residual = |name: &str| Residual::of(windows.get(name).unwrap_or_default());
+        let residual = |name: &str| Spread::of(windows.get(name).unwrap_or_default());
         let condition_46 = self
             .coupled
             .then(|| Condition46 { before: residual("residual_before"), after: residual("residual_after") });
-        Ok(Sums { balances, condition_46, fluid: fluid_balance(&windows), probes })
+        let iterations = self.iterations.as_ref().map(|_| self.solved.summary());
+        Ok(Sums { balances, condition_46, fluid: fluid_balance(&windows), probes, iterations })
+    }
+}
+
+/// Iterations over the accepted windows.
+#[derive(Clone, Copy, Debug, Default)]
+struct IterationSums {
+    windows: u64,
+    total: u64,
+    most: u64,
+    not_converged: u64,
+}
+
+impl IterationSums {
+    fn summary(&self) -> Iterations {
+        let Self { windows, total, most, not_converged } = *self;
+        Iterations { mean: total as f64 / windows.max(1) as f64, most, not_converged }
     }
 }
 
 /// What the tables of a run say in sum.
 pub struct Sums {
+    /// Iterations; nothing with an explicit scheme.
+    pub iterations: Option<Iterations>,
     /// Impulse, work, energy.
     pub balances: Balances,
     /// Residuals; nothing for a run of one side.

@@ -2,12 +2,11 @@
 
 use crate::records::Records;
 use crate::schedule::Schedule;
-use crate::schemes::serial_explicit::{Pair, SerialExplicit};
-use crate::schemes::{Accepted, Onward, SchemeError, alone};
+use crate::schemes::{Accepted, Onward, Pair, Scheme, SchemeError, alone};
 use crate::side::{Side, SideError};
 use crate::{launch, progress::Progress};
 use interfaces::case::Case;
-use interfaces::case::resolved::{Start, StructureVelocity};
+use interfaces::case::resolved::Start;
 use interfaces::{Participant, ParticipantError, Role, SubSteps, pairing};
 use output::summary::{RoleUse, Status, Summary};
 use std::collections::BTreeMap;
@@ -155,16 +154,16 @@ fn windows(
         (Some(fluid), Some(structure)) => {
             fit(&structure, &fluid)?;
             let coupling = case.coupling.as_ref().expect("a case of both sides has a coupling");
-            let scheme = SerialExplicit {
-                relaxation: coupling.relaxation,
-                mean_velocity: coupling.structure_velocity == StructureVelocity::Mean,
-                enforce: coupling.enforce_condition_46,
-            };
-            let mut pair = Pair::initialize(fluid, structure, schedule.time())?;
-            let mut records =
-                Records::create(&options.out, &[&pair.fluid, &pair.structure], schedule.time())?;
+            let mut scheme = Scheme::of(coupling);
+            let mut pair = Pair::initialize(fluid, structure, schedule.time(), coupling.structure_velocity)?;
+            let sides = [&pair.fluid, &pair.structure];
+            let mut records = Records::create(&options.out, &sides, schedule.time())?;
+            if coupling.scheme.is_implicit() {
+                records.record_iterations()?;
+            }
             let result = scheme.run(&mut pair, &mut schedule, |accepted, pair| {
                 let sides = [&pair.fluid, &pair.structure];
+                records.iterations(&accepted.window, &pair.residuals).map_err(unrecorded(accepted))?;
                 record(&mut records, &mut progress, participants, accepted, &sides)?;
                 Ok(onward())
             });
@@ -191,7 +190,7 @@ fn windows(
     summary.windows = schedule.windows();
     summary.simulated_seconds = schedule.time();
     (summary.balances, summary.condition_46) = (sums.balances, sums.condition_46);
-    (summary.fluid, summary.probes) = (sums.fluid, sums.probes);
+    (summary.fluid, summary.probes, summary.iterations) = (sums.fluid, sums.probes, sums.iterations);
     Ok(result?)
 }
 
@@ -202,13 +201,17 @@ fn record(
     accepted: &Accepted,
     sides: &[&Side],
 ) -> Result<(), SchemeError> {
-    let window = accepted.window.index;
-    records.window(accepted, sides).map_err(|e| SchemeError::Record { window, what: e.to_string() })?;
-    progress.window(accepted.time, window + 1, sides);
+    records.window(accepted, sides).map_err(unrecorded(accepted))?;
+    progress.window(accepted.time, accepted.window.index + 1, sides);
     if accepted.output.is_some() {
         participants.look_at_memory();
     }
     Ok(())
+}
+
+fn unrecorded(accepted: &Accepted) -> impl Fn(output::Error) -> SchemeError {
+    let window = accepted.window.index;
+    move |error| SchemeError::Record { window, what: error.to_string() }
 }
 
 /// Terminates what still can be, and puts the sides' own figures into the summary.
@@ -280,6 +283,7 @@ fn prepare_folder(out: &Path, case: &Case) -> Result<File, RunError> {
         SUMMARY,
         crate::records::WINDOWS,
         crate::records::PROBES,
+        crate::records::ITERATIONS,
         "report.html",
         "fluid.pvd",
         "structure.pvd",

@@ -31,6 +31,9 @@ pub struct Summary {
     pub threads: usize,
     /// Accepted time windows.
     pub windows: u64,
+    /// Iterations of the accepted windows; nothing with an explicit scheme.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub iterations: Option<Iterations>,
     /// Sub-steps of the structure in the accepted windows.
     pub sub_steps: u64,
     /// Simulated time reached, in s.
@@ -78,6 +81,18 @@ impl Status {
             Self::Failed => "failed",
         }
     }
+}
+
+/// Iterations of an implicit scheme over the accepted windows.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Iterations {
+    /// Mean of a window.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub mean: f64,
+    /// Most of a window.
+    pub most: u64,
+    /// Windows that were accepted without having converged.
+    pub not_converged: u64,
 }
 
 /// What one role used.

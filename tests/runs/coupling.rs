@@ -1,14 +1,15 @@
 //! The coupling loop on partners that are known: order of calls, fields that pass, and the added-mass instability.
 
 use coupler::schedule::Schedule;
-use coupler::schemes::serial_explicit::{Pair, SerialExplicit};
-use coupler::schemes::{Accepted, Onward, SchemeError, alone};
+use coupler::schemes::serial_explicit::SerialExplicit;
+use coupler::schemes::{Accepted, Onward, Pair, SchemeError, alone};
 use coupler::side::Side;
+use interfaces::case::coupling::StructureVelocity::{self, End, Mean};
 use interfaces::port::names;
 use interfaces::{Guarded, Participant, SubSteps, pairing};
 use partners::{Log, Recording, build};
 
-const EXPLICIT: SerialExplicit = SerialExplicit { relaxation: 1.0, mean_velocity: true, enforce: true };
+const EXPLICIT: SerialExplicit = SerialExplicit { relaxation: 1.0, enforce: true };
 
 fn mock(words: &str) -> Box<dyn Participant> {
     build(words).expect("a mock")
@@ -19,7 +20,7 @@ fn side(participant: impl Participant + 'static) -> Side {
 }
 
 fn pair(fluid: &str, structure: &str) -> Pair {
-    Pair::initialize(side(mock(fluid)), side(mock(structure)), 0.0).expect("mocks that fit")
+    Pair::initialize(side(mock(fluid)), side(mock(structure)), 0.0, Mean).expect("mocks that fit")
 }
 
 #[test]
@@ -29,7 +30,7 @@ fn a_window_is_predicted_solved_and_accepted_in_this_order() {
     // The fluid asks for windows of 4 ms; outputs are due every 10 ms: three windows each.
     let fluid = recorded("constant gradient=1e3 window_limit=0.004");
     let structure = recorded("spring-mass points=3 window_limit=0.005");
-    let mut pair = Pair::initialize(fluid, structure, 0.0).expect("mocks that fit");
+    let mut pair = Pair::initialize(fluid, structure, 0.0, Mean).expect("mocks that fit");
     let mut schedule = Schedule::new(0.0, 0.02, 0.01, 1.0, SubSteps::Fixed(100));
     let mut accepted: Vec<Accepted> = Vec::new();
     let result = EXPLICIT.run(&mut pair, &mut schedule, |window, _| {
@@ -72,7 +73,7 @@ fn each_side_gets_what_the_scheme_says() {
     let recorded = |words| side(Recording::new(mock(words), log.clone()));
     let fluid = recorded("added-mass-column mass=20 wall=compliant");
     let mut pair =
-        Pair::initialize(fluid, recorded("spring-mass points=4 velocity=0,1"), 0.0).expect("they fit");
+        Pair::initialize(fluid, recorded("spring-mass points=4 velocity=0,1"), 0.0, Mean).expect("they fit");
     let mut schedule = Schedule::new(0.0, 0.002, 1.0, 0.001, SubSteps::Stable);
     let relaxed = SerialExplicit { relaxation: 0.25, ..EXPLICIT };
     relaxed.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("mocks do not fail");
@@ -230,7 +231,7 @@ fn a_fluid_that_gives_a_load_alone_is_taken_at_its_word() {
     let positions: Vec<f64> = [side(mock(words)), side(Taciturn::new(words))]
         .into_iter()
         .map(|fluid| {
-            let mut pair = Pair::initialize(fluid, side(mock("spring-mass")), 0.0).expect("they fit");
+            let mut pair = Pair::initialize(fluid, side(mock("spring-mass")), 0.0, Mean).expect("they fit");
             let mut schedule = Schedule::new(0.0, 0.05, 0.01, 0.001, SubSteps::Stable);
             let run = EXPLICIT.run(&mut pair, &mut schedule, |accepted, _| {
                 let condition = accepted.condition46.expect("a coupled window");
@@ -262,12 +263,20 @@ fn a_participant_that_leaves_an_error_in_condition_46_is_corrected() {
 
 /// Largest displacement of a mass on a spring under a column of `mass_ratio` times its mass, over the first and over the last quarter of
 /// `windows` windows, each of `phase = ω_s Δt` of the structure alone.
-fn amplitudes(mass_ratio: f64, phase: f64, windows: usize, scheme: SerialExplicit, wall: &str) -> (f64, f64) {
+fn amplitudes(
+    (mass_ratio, phase): (f64, f64),
+    windows: usize,
+    scheme: SerialExplicit,
+    velocity: StructureVelocity,
+    wall: &str,
+) -> (f64, f64) {
     // Ten points of 0.01 m² at 1000 kg/m³: 1 kg. Spring 4 kN/m.
     let (mass, stiffness) = (1.0, 4e3_f64);
     let size = phase / (stiffness / mass).sqrt();
     let fluid = format!("added-mass-column {wall} mass={}", mass_ratio * mass);
-    let mut pair = pair(&fluid, &format!("spring-mass stiffness={stiffness} displacement=0,0.01"));
+    let structure = format!("spring-mass stiffness={stiffness} displacement=0,0.01");
+    let mut pair =
+        Pair::initialize(side(mock(&fluid)), side(mock(&structure)), 0.0, velocity).expect("they fit");
     let end = size * windows as f64;
     let mut schedule = Schedule::new(0.0, end, end, size, SubSteps::Stable);
     let mut heights = Vec::with_capacity(windows);
@@ -292,7 +301,7 @@ fn a_compliant_fluid_that_meets_the_mean_velocity_is_stable_for_any_mass_and_sti
         for phase in PHASES {
             for relaxation in [0.3, 1.0] {
                 let scheme = SerialExplicit { relaxation, ..EXPLICIT };
-                let (first, last) = amplitudes(mass_ratio, phase, 2000, scheme, "wall=compliant");
+                let (first, last) = amplitudes((mass_ratio, phase), 2000, scheme, Mean, "wall=compliant");
                 // The eigenvalues stand within the unit circle; 2000 windows may add their round-off.
                 assert!(last <= first * (1.0 + 1e-9), "{mass_ratio} {phase} {relaxation}: {first} {last}");
                 // The first window has the load from before it: none. It then swings as a dry one, and no further.
@@ -304,13 +313,14 @@ fn a_compliant_fluid_that_meets_the_mean_velocity_is_stable_for_any_mass_and_sti
 
 #[test]
 fn the_end_velocity_grows_where_the_structure_answers_with_the_wrong_sign() {
-    let end = SerialExplicit { relaxation: 0.5, mean_velocity: false, ..EXPLICIT };
+    let half = SerialExplicit { relaxation: 0.5, ..EXPLICIT };
     for mass_ratio in [0.5, 9.0] {
         // sin ω_s Δt < 0: growth of 1.038 and 1.083 a window at 3.2, by the eigenvalues of the linear recursion.
-        let (first, last) = amplitudes(mass_ratio, 3.2, 400, end, "wall=compliant velocity=end");
+        let (first, last) = amplitudes((mass_ratio, 3.2), 400, half, End, "wall=compliant velocity=end");
         assert!(last > 100.0 * first, "{mass_ratio}: {first} {last}");
         for phase in [0.01, 0.5, 2.0, 3.0] {
-            let (first, last) = amplitudes(mass_ratio, phase, 400, end, "wall=compliant velocity=end");
+            let (first, last) =
+                amplitudes((mass_ratio, phase), 400, half, End, "wall=compliant velocity=end");
             assert!(last <= first * (1.0 + 1e-9), "{mass_ratio} {phase}: {first} {last}");
         }
     }
@@ -320,10 +330,9 @@ fn the_end_velocity_grows_where_the_structure_answers_with_the_wrong_sign() {
 /// against the period, `d' = −μ d − (1 + μ) f`, `f' = −μ d − μ f`: roots `−μ ± √(μ² + μ)`, outside the unit circle for `μ > 1/3`.
 #[test]
 fn a_moving_wall_diverges_from_a_third_of_the_structures_mass_whatever_the_window() {
-    let end = SerialExplicit { mean_velocity: false, ..EXPLICIT };
     for phase in [0.001, 0.1] {
         for (mass_ratio, grows) in [(0.1, false), (0.3, false), (0.4, true), (1.0, true), (9.0, true)] {
-            let (first, last) = amplitudes(mass_ratio, phase, 400, end, "wall=moving");
+            let (first, last) = amplitudes((mass_ratio, phase), 400, EXPLICIT, End, "wall=moving");
             // The slowest growth is 1.15 a window, at 0.4; what does not grow swings as a heavier mass does, by no more than it began with.
             let factor = last / first.max(0.01);
             assert_eq!(factor > 10.0, grows, "{mass_ratio} {phase}: {first} {last}");

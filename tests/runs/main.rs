@@ -6,6 +6,7 @@
 mod command;
 mod coupling;
 mod gate;
+mod implicit;
 mod processes;
 mod solvers;
 mod support;

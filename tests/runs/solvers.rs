@@ -2,10 +2,11 @@
 
 use crate::support::{Bench, COARSE, Running};
 use coupler::schedule::Schedule;
-use coupler::schemes::Onward;
-use coupler::schemes::serial_explicit::{Pair, SerialExplicit};
+use coupler::schemes::serial_explicit::SerialExplicit;
+use coupler::schemes::{Onward, Pair};
 use coupler::side::Side;
 use interfaces::case::Case;
+use interfaces::case::coupling::StructureVelocity;
 use interfaces::port::names;
 use interfaces::{
     Address, Call, Deadlines, Direction, Exchange, Expectations, Fields, Guarded, Participant,
@@ -144,9 +145,9 @@ fn a_saved_run_goes_on_to_the_bit() {
     let [fluid, structure] = logs
         .clone()
         .map(|(role, log)| Side::new(Box::new(Guarded::new(Recording::new(solver(&case, role, &out), log)))));
-    let mut pair = Pair::initialize(fluid, structure, 0.0).expect("they fit");
+    let mut pair = Pair::initialize(fluid, structure, 0.0, StructureVelocity::Mean).expect("they fit");
     let mut schedule = Schedule::new(0.0, 0.02, 0.02, 1e-3, SubSteps::Fixed(100));
-    let scheme = SerialExplicit { relaxation: 0.5, mean_velocity: true, enforce: true };
+    let scheme = SerialExplicit { relaxation: 0.5, enforce: true };
     scheme.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("the coarse gate runs");
     for (_, log) in logs {
         let calls = log.calls();

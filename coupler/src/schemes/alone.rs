@@ -14,7 +14,7 @@ pub fn run(
         side.solve(&window)?;
         let output = schedule.accept(&window);
         side.accept(&window, output)?;
-        let accepted = Accepted { window, time: schedule.time(), output, condition46: None, applied: None };
+        let accepted = Accepted::alone(window, schedule.time(), output);
         if record(&accepted, side)? == Onward::Stop {
             break;
         }

@@ -6,8 +6,9 @@ use crate::{
     ViscousOperator, WallPart, WallShape, Walls,
 };
 use interfaces::ParticipantError;
+use interfaces::case::coupling::{LoadForm, StructureVelocity as Velocity};
 use interfaces::case::numerics::{self, FluidNumerics, FluidScheme, Shifting, ViscosityOperator};
-use interfaces::case::resolved::{self, LoadForm, Region, Slip, StructureVelocity as Velocity};
+use interfaces::case::resolved::{self, Region, Slip};
 use interfaces::case::{AxisBox, Case, geometry};
 use sph::Vector;
 use sph::lattice::Lattice;

@@ -10,6 +10,7 @@
 
 mod check;
 mod conform;
+pub mod coupling;
 mod document;
 mod errors;
 pub mod geometry;

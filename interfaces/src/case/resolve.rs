@@ -4,17 +4,10 @@
 use super::geometry::{AxisBox, Face};
 use super::numerics::GradientOperator;
 use super::resolved::{
-    Assumption, Body, Case, Clamp, ClampRegion, Coupling, CouplingScheme, Fluid, General, InitialVelocity,
-    Load, LoadForm, LoadTarget, Material, Probe, ProbeQuantity, ProbeTarget, Reference, Region, Slip, Start,
-    Structure, StructureVelocity, Wall, WallShape,
+    Assumption, Body, Case, Clamp, ClampRegion, Fluid, General, InitialVelocity, Load, LoadTarget, Material,
+    Probe, ProbeQuantity, ProbeTarget, Reference, Region, Slip, Start, Structure, Wall, WallShape,
 };
 use super::typed;
-use crate::SubSteps;
-
-/// Sub-steps of a window where the case does not say: the paper's choice.
-const SUB_STEPS: u32 = 100;
-/// Longest wait for a participant where the case does not say (s).
-const DEADLINE: f64 = 60.0;
 
 /// Resolves a checked case.
 pub(super) fn resolve(file: typed::CaseFile) -> Case {
@@ -22,8 +15,8 @@ pub(super) fn resolve(file: typed::CaseFile) -> Case {
     let general = resolve_general(file.case);
     let fluid = file.fluid.map(|fluid| resolve_fluid(fluid, &general));
     let structure = file.structure.map(|structure| resolve_structure(structure, &general));
-    let coupling = (fluid.is_some() && structure.is_some())
-        .then(|| resolve_coupling(&file.coupling.unwrap_or_default(), &general));
+    let coupling =
+        (fluid.is_some() && structure.is_some()).then(|| file.coupling.unwrap_or_default().resolve(&general));
     let references = file.reference.into_iter().map(resolve_reference).collect();
     Case { general, fluid, structure, coupling, probes, references }
 }
@@ -167,26 +160,6 @@ fn resolve_load(load: typed::Load) -> Load {
     };
     let ramp = load.ramp.unwrap_or_else(|| vec![[0.0, 1.0]]);
     Load { name: load.name, body: load.body, target, force: load.force, ramp }
-}
-
-fn resolve_coupling(coupling: &typed::Coupling, general: &General) -> Coupling {
-    let structure_velocity = coupling.structure_velocity.unwrap_or(StructureVelocity::Mean);
-    Coupling {
-        // The check refuses every other scheme.
-        scheme: CouplingScheme::SerialExplicit,
-        max_window: coupling.max_window.unwrap_or(general.output_interval),
-        sub_steps: match coupling.sub_steps {
-            Some(typed::SubSteps::Count(count)) => SubSteps::Fixed(count),
-            Some(typed::SubSteps::Word(typed::SubStepsWord::Stable)) => SubSteps::Stable,
-            None => SubSteps::Fixed(SUB_STEPS),
-        },
-        load: coupling.load.unwrap_or(LoadForm::Transpose),
-        relaxation: coupling.relaxation.unwrap_or(structure_velocity.relaxation()),
-        structure_velocity,
-        compliance: coupling.compliance.unwrap_or(true),
-        enforce_condition_46: coupling.enforce_condition_46.unwrap_or(true),
-        deadline: coupling.deadline.unwrap_or(DEADLINE),
-    }
 }
 
 fn resolve_probe(probe: &typed::Probe, file: &typed::CaseFile) -> Probe {

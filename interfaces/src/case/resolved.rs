@@ -1,9 +1,10 @@
 //! The case as resolved: checked, every default filled in, nothing optional left. Plain data; the solvers make particles of it.
 
+use super::coupling::Coupling;
 use super::geometry::{AxisBox, Face, Side};
 use super::numerics::{FluidNumerics, StructureNumerics};
 use super::typed;
-use crate::{Scalar, ScalarKind, SubSteps};
+use crate::{Scalar, ScalarKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -322,68 +323,6 @@ pub enum Start {
     ByHand,
 }
 
-/// `[coupling]`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Coupling {
-    /// Order of the solutions of a window.
-    pub scheme: CouplingScheme,
-    /// Largest window (s).
-    pub max_window: f64,
-    /// Sub-steps of the structure in a window.
-    #[serde(with = "sub_steps")]
-    pub sub_steps: SubSteps,
-    /// Form of the load.
-    pub load: LoadForm,
-    /// Share r of the new load in `r·new + (1 − r)·old`; over 0, at most 1.
-    pub relaxation: f64,
-    /// Which velocity of the structure over a window the fluid meets.
-    pub structure_velocity: StructureVelocity,
-    /// Whether the pressure equation carries the structure's compliance (its 1/ρ).
-    pub compliance: bool,
-    /// Whether condition (46), continuity of the normal stress, is enforced; it is measured and recorded in any case.
-    pub enforce_condition_46: bool,
-    /// Longest wait for an answer of a participant (s).
-    pub deadline: f64,
-}
-
-/// Order of the solutions of a window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum CouplingScheme {
-    /// One participant after the other, each once a window.
-    SerialExplicit,
-}
-
-/// Velocity of the structure over a window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum StructureVelocity {
-    /// The displacement over the window's size. It answers a load of the window always in the load's direction, however stiff the structure.
-    Mean,
-    /// That at the window's end.
-    End,
-}
-
-impl StructureVelocity {
-    /// Relaxation of the load where none is written: none for the mean velocity, which is stable without.
-    pub fn relaxation(self) -> f64 {
-        match self {
-            Self::Mean => 1.0,
-            Self::End => 0.5,
-        }
-    }
-}
-
-/// Form of the load on the structure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LoadForm {
-    /// Transpose of the divergence through which the structure's velocity enters the pressure equation.
-    Transpose,
-    /// Pressure gradient at the structure's particles, Eq. (48).
-    PressureGradient,
-}
-
 /// `[[probe]]`: a quantity recorded at every window.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(into = "typed::Probe")]
@@ -513,17 +452,4 @@ pub struct Reference {
     pub low: Vec<f64>,
     /// Upper border of the values.
     pub high: Vec<f64>,
-}
-
-/// Sub-steps as the case file writes them: a number, or `"stable"`.
-mod sub_steps {
-    use crate::SubSteps;
-    use serde::Serializer;
-
-    pub fn serialize<S: Serializer>(sub_steps: &SubSteps, serializer: S) -> Result<S::Ok, S::Error> {
-        match sub_steps {
-            SubSteps::Fixed(count) => serializer.serialize_u32(*count),
-            SubSteps::Stable => serializer.serialize_str("stable"),
-        }
-    }
 }

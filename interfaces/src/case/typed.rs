@@ -1,12 +1,10 @@
 //! The case file as users write it: what may be left out is an `Option` or has a default. The key names are the fields' names, the JSON schema
 //! (descriptions included) is made of these types, and `super::conform` holds the text against that schema.
 
+use super::coupling::CouplingKeys;
 use super::geometry::{AxisBox, Face, Side};
 use super::numerics::{FluidNumericsKeys, StructureNumericsKeys};
-use super::resolved::{
-    self, Assumption, InitialVelocity, LoadForm, MaterialLaw, ProbeQuantity, ProbeTarget, Slip,
-    StructureVelocity,
-};
+use super::resolved::{self, Assumption, InitialVelocity, MaterialLaw, ProbeQuantity, ProbeTarget, Slip};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +19,7 @@ pub struct CaseFile {
     /// The structure; a case without it runs the fluid alone.
     pub structure: Option<Structure>,
     /// The coupling of fluid and structure.
-    pub coupling: Option<Coupling>,
+    pub coupling: Option<CouplingKeys>,
     /// Quantities recorded at every window.
     #[serde(default)]
     pub probe: Vec<Probe>,
@@ -242,65 +240,6 @@ pub struct Load {
     pub force: Vec<f64>,
     /// Pairs of time (s) and factor of the force, linear between; the full force from the start if left out.
     pub ramp: Option<Vec<[f64; 2]>>,
-}
-
-/// The coupling of fluid and structure.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Coupling {
-    /// Order of the solutions of a window; serial-explicit if left out.
-    pub scheme: Option<CouplingScheme>,
-    /// Largest window (s); the output interval if left out.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub max_window: Option<f64>,
-    /// Sub-steps of the structure in a window; 100 if left out.
-    pub sub_steps: Option<SubSteps>,
-    /// Form of the load; transpose if left out.
-    pub load: Option<LoadForm>,
-    /// Share of the new load against the old one, over 0 and at most 1; 1 (no relaxation) with the mean velocity, 0.5 with that at the end if left out.
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
-    pub relaxation: Option<f64>,
-    /// Velocity of the structure over a window that the fluid meets; mean if left out.
-    pub structure_velocity: Option<StructureVelocity>,
-    /// Whether the pressure equation carries the structure's compliance; yes if left out.
-    pub compliance: Option<bool>,
-    /// Whether condition (46), continuity of the normal stress, is enforced; yes if left out.
-    pub enforce_condition_46: Option<bool>,
-    /// Longest wait for an answer of a participant (s); 60 if left out.
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub deadline: Option<f64>,
-}
-
-/// Order of the solutions of a window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum CouplingScheme {
-    /// One participant after the other, each once a window.
-    SerialExplicit,
-    /// Not available yet: both at once, each once a window.
-    ParallelExplicit,
-    /// Not available yet: one after the other, until the window converges.
-    SerialImplicit,
-    /// Not available yet: both at once, until the window converges.
-    ParallelImplicit,
-}
-
-/// A number of sub-steps, or `"stable"`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum SubSteps {
-    /// Number of sub-steps in a window.
-    Count(#[schemars(extend("minimum" = 1))] u32),
-    /// A word.
-    Word(SubStepsWord),
-}
-
-/// Sub-steps in a word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum SubStepsWord {
-    /// As many as the structure's stability asks.
-    Stable,
 }
 
 /// A quantity recorded at every window.

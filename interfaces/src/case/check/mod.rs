@@ -9,9 +9,10 @@ mod records;
 mod structure;
 mod vectors;
 
+use super::coupling::CouplingScheme;
 use super::errors::CaseError;
 use super::geometry::{AxisBox, Face};
-use super::typed::{CaseFile, CouplingScheme, Participant};
+use super::typed::{CaseFile, Participant};
 
 /// All mistakes of a case that the schema lets pass. Vectors of a wrong length are mended with NaN.
 pub(super) fn check(file: &mut CaseFile) -> Vec<CaseError> {
@@ -62,8 +63,17 @@ fn check_whole(file: &CaseFile, findings: &mut Findings) {
             format!("add [{missing}], or leave [coupling] out"),
         );
     }
-    if coupling.scheme.is_some_and(|scheme| scheme != CouplingScheme::SerialExplicit) {
-        findings.add("coupling.scheme", "is not available yet", "take \"serial-explicit\"");
+    let iterated = [
+        ("coupling.acceleration", coupling.acceleration.is_some()),
+        ("coupling.convergence", coupling.convergence.is_some()),
+        ("coupling.extrapolation", coupling.extrapolation.is_some()),
+    ];
+    if !coupling.scheme.is_some_and(CouplingScheme::is_implicit) {
+        for (key, _) in iterated.into_iter().filter(|(_, written)| *written) {
+            let remedy =
+                "leave it out, or take coupling.scheme = \"serial-implicit\" or \"parallel-implicit\"";
+            findings.add(key, "an explicit scheme has no iterations", remedy);
+        }
     }
 }
 

@@ -134,8 +134,11 @@ const ROWS: &[(&str, &str, &str)] = &[
      "[fluid.participant]\ncommand = []\n[[fluid.region]]",
      "line 15: fluid.participant.command = []: names no program; write [\"program\", \"argument\", ...]"),
     ("[[probe]]",
-     "[coupling]\nscheme = \"serial-implicit\"\n[[probe]]",
-     "line 50: coupling.scheme = \"serial-implicit\": is not available yet; take \"serial-explicit\""),
+     "[coupling]\nextrapolation = 1\n[[probe]]",
+     "line 50: coupling.extrapolation = 1: an explicit scheme has no iterations; leave it out, or take coupling.scheme = \"serial-implicit\" or \"parallel-implicit\""),
+    ("[[probe]]",
+     "[coupling]\nscheme = \"serial-implicit\"\nconvergence = { relativ = 0.1 }\n[[probe]]",
+     "line 51: coupling.convergence.relativ = 0.1: there is no such key; did you mean \"relative\"?"),
     // Names.
     ("name = \"right\"\n",
      "name = \"left\"\n",

@@ -1,0 +1,258 @@
+//! Interface quasi-Newton: inverse least squares (IQN-ILS, Degroote, Bathe and Vierendeels 2009) and inverse multi-vector Jacobian (IQN-IMVJ,
+//! Bogaers et al. 2014), with the filter of Haelterman et al. 2016.
+//!
+//! Differences of residuals `V = [Δr]` and of images `W = [Δy]`, the newest first, tell what `H` does: `Δr = V c` was answered by `Δy = W c`.
+//! To make the residual zero, `c = argmin ‖V c + r‖`, and the next iterate is `y + W c`. The multi-vector method adds what all earlier windows
+//! told, `J_prev`, of which only the factors are kept: `J = J_prev + (W − J_prev V) V⁺`, the next iterate `y − J r`.
+//!
+//! The least squares are solved through the factor `R` of `V = Q R`, found as the Cholesky factor of `VᵀV`: its entries are kept, so an iteration
+//! costs one product with every column, `O(N m)`, and nothing of the size of the interface is orthogonalised. A column whose part
+//! orthogonal to the newer ones is below [`QuasiNewton::filter`] of itself is left out (QR2 of Haelterman et al.): what it would add is error.
+//! That is also what makes the normal equations safe: with a filter of 1e-3 they lose six of sixteen digits.
+
+use super::{dot, relax, sizes};
+use std::collections::VecDeque;
+use std::ops::Range;
+
+/// Below this the Cholesky factor of `VᵀV` would be rounding: the least filter that may be asked for.
+pub const LEAST_FILTER: f64 = 1e-6;
+
+/// What a case sets of the method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// Relaxation of an iteration that has no column to go by.
+    pub relaxation: f64,
+    /// Earlier windows whose differences are used: as columns (inverse least squares), or as factors of `J_prev` (multi-vector).
+    pub reused_windows: usize,
+    /// Whether the earlier windows make a Jacobian of their own.
+    pub multi_vector: bool,
+    /// Least share of a column that must be orthogonal to the newer ones.
+    pub filter: f64,
+    /// Most columns kept, the oldest go first.
+    pub columns: usize,
+}
+
+/// A pair of differences.
+#[derive(Clone, Debug)]
+struct Column {
+    /// Window in which it arose, counted from the first.
+    window: u64,
+    residual: Vec<f64>,
+    image: Vec<f64>,
+    /// Per block, products with the residuals of this column and of all older ones, in their order.
+    products: Vec<VecDeque<f64>>,
+}
+
+/// What one earlier window adds to `J_prev`: `(W − J V) (VᵀV)⁻¹ Vᵀ`.
+#[derive(Clone, Debug)]
+struct Factor {
+    /// `W − J V`, column by column.
+    images: Vec<Vec<f64>>,
+    /// `V`, column by column.
+    residuals: Vec<Vec<f64>>,
+    sizes: Vec<f64>,
+    triangle: Triangle,
+}
+
+/// The quasi-Newton method with its history.
+#[derive(Clone, Debug)]
+pub struct QuasiNewton {
+    choice: Choice,
+    window: u64,
+    /// The newest first.
+    columns: VecDeque<Column>,
+    /// The newest first.
+    factors: VecDeque<Factor>,
+    /// Image and residual of the last iteration of this window.
+    last: Option<(Vec<f64>, Vec<f64>)>,
+}
+
+impl QuasiNewton {
+    /// Without history.
+    pub fn new(choice: Choice) -> Self {
+        let choice = Choice { filter: choice.filter.max(LEAST_FILTER), ..choice };
+        Self { choice, window: 0, columns: VecDeque::new(), factors: VecDeque::new(), last: None }
+    }
+
+    /// Number of columns at hand.
+    pub fn columns(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// See [`super::Acceleration::next`].
+    pub fn next(&mut self, blocks: &[Range<usize>], x: &mut [f64], y: &[f64], r: &[f64]) {
+        self.learn(blocks, y, r);
+        if self.columns.is_empty() && self.factors.is_empty() {
+            relax(self.choice.relaxation, x, r);
+            return;
+        }
+        let sizes = sizes(blocks, y);
+        let (kept, triangle) = self.triangle(&sizes);
+        let c = triangle.solve(self.products_with(&kept, blocks, &sizes, r));
+        // y − J_prev (r − V c) − W c; without factors y − W c.
+        x.copy_from_slice(y);
+        if !self.factors.is_empty() {
+            let mut unexplained = r.to_vec();
+            for (&column, &c) in kept.iter().zip(&c) {
+                relax(-c, &mut unexplained, &self.columns[column].residual);
+            }
+            for factor in &self.factors {
+                factor.subtract(blocks, &unexplained, x);
+            }
+        }
+        for (&column, &c) in kept.iter().zip(&c) {
+            relax(-c, x, &self.columns[column].image);
+        }
+    }
+
+    /// See [`super::Acceleration::end_window`].
+    pub fn end_window(&mut self, blocks: &[Range<usize>], y: &[f64], r: &[f64]) {
+        self.learn(blocks, y, r);
+        self.last = None;
+        if self.choice.multi_vector {
+            self.factorise(blocks, y);
+        }
+        self.window += 1;
+        let reused = if self.choice.multi_vector { 0 } else { self.choice.reused_windows as u64 };
+        while self.columns.back().is_some_and(|column| column.window + reused < self.window) {
+            self.drop_oldest();
+        }
+    }
+
+    /// See [`super::Acceleration::restart_window`].
+    pub fn restart_window(&mut self) {
+        self.last = None;
+        let window = self.window;
+        self.columns.retain(|column| column.window != window);
+    }
+
+    /// A column of the difference to the last iteration of this window, if there is one.
+    fn learn(&mut self, blocks: &[Range<usize>], y: &[f64], r: &[f64]) {
+        let Some((mut last_y, mut last_r)) = self.last.take() else {
+            self.last = Some((y.to_vec(), r.to_vec()));
+            return;
+        };
+        if last_r != r {
+            while self.columns.len() >= self.choice.columns.max(1) {
+                self.drop_oldest();
+            }
+            let (residual, image) = (difference(r, &last_r), difference(y, &last_y));
+            let products = |block: &Range<usize>| {
+                let with = |other: &[f64]| dot(&residual[block.clone()], &other[block.clone()]);
+                let older = self.columns.iter().map(|column| with(&column.residual));
+                std::iter::once(with(&residual)).chain(older).collect()
+            };
+            let products = blocks.iter().map(products).collect();
+            self.columns.push_front(Column { window: self.window, residual, image, products });
+        }
+        last_y.copy_from_slice(y);
+        last_r.copy_from_slice(r);
+        self.last = Some((last_y, last_r));
+    }
+
+    fn drop_oldest(&mut self) {
+        self.columns.pop_back();
+        for column in &mut self.columns {
+            for products in &mut column.products {
+                products.pop_back();
+            }
+        }
+    }
+
+    /// The columns that pass the filter, newest first, and the triangle `R` of their products.
+    fn triangle(&self, sizes: &[f64]) -> (Vec<usize>, Triangle) {
+        let mut kept: Vec<usize> = Vec::with_capacity(self.columns.len());
+        let mut triangle = Triangle::default();
+        let product = |newer: usize, older: usize| -> f64 {
+            let products = &self.columns[newer].products;
+            products.iter().zip(sizes).map(|(p, size)| p[older - newer] / (size * size)).sum()
+        };
+        for column in 0..self.columns.len() {
+            let with: Vec<f64> = kept.iter().map(|&newer| product(newer, column)).collect();
+            if triangle.append(with, product(column, column), self.choice.filter) {
+                kept.push(column);
+            }
+        }
+        (kept, triangle)
+    }
+
+    fn products_with(&self, kept: &[usize], blocks: &[Range<usize>], sizes: &[f64], r: &[f64]) -> Vec<f64> {
+        kept.iter().map(|&column| super::weighed(blocks, sizes, &self.columns[column].residual, r)).collect()
+    }
+
+    /// Makes the window's columns a factor of the Jacobian.
+    fn factorise(&mut self, blocks: &[Range<usize>], y: &[f64]) {
+        let sizes = sizes(blocks, y);
+        let (kept, triangle) = self.triangle(&sizes);
+        if kept.is_empty() {
+            return;
+        }
+        let mut images = Vec::with_capacity(kept.len());
+        let mut residuals = Vec::with_capacity(kept.len());
+        for &column in &kept {
+            let Column { residual, image, .. } = &self.columns[column];
+            let mut own = image.clone();
+            for factor in &self.factors {
+                factor.subtract(blocks, residual, &mut own);
+            }
+            images.push(own);
+            residuals.push(residual.clone());
+        }
+        self.factors.push_front(Factor { images, residuals, sizes, triangle });
+        self.factors.truncate(self.choice.reused_windows);
+    }
+}
+
+impl Factor {
+    /// `from ← from − (W − J V) V⁺ r`.
+    fn subtract(&self, blocks: &[Range<usize>], r: &[f64], from: &mut [f64]) {
+        let with =
+            self.residuals.iter().map(|column| super::weighed(blocks, &self.sizes, column, r)).collect();
+        for (image, c) in self.images.iter().zip(self.triangle.solve(with)) {
+            relax(-c, from, image);
+        }
+    }
+}
+
+/// The upper triangle `R` with `RᵀR = VᵀV`, column by column.
+#[derive(Clone, Debug, Default)]
+struct Triangle {
+    columns: Vec<Vec<f64>>,
+}
+
+impl Triangle {
+    /// Appends the column of products with those before it and with itself, unless too little of it is orthogonal to them.
+    fn append(&mut self, mut with: Vec<f64>, own: f64, filter: f64) -> bool {
+        for i in 0..with.len() {
+            let known: f64 = dot(&self.columns[i][..i], &with[..i]);
+            with[i] = (with[i] - known) / self.columns[i][i];
+        }
+        let orthogonal = own - dot(&with, &with);
+        if orthogonal.is_nan() || orthogonal <= filter * filter * own {
+            return false;
+        }
+        with.push(orthogonal.sqrt());
+        self.columns.push(with);
+        true
+    }
+
+    /// `(RᵀR)⁻¹ b`.
+    fn solve(&self, mut b: Vec<f64>) -> Vec<f64> {
+        let n = self.columns.len();
+        for i in 0..n {
+            let known: f64 = dot(&self.columns[i][..i], &b[..i]);
+            b[i] = (b[i] - known) / self.columns[i][i];
+        }
+        for i in (0..n).rev() {
+            b[i] /= self.columns[i][i];
+            for j in 0..i {
+                b[j] -= self.columns[i][j] * b[i];
+            }
+        }
+        b
+    }
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
