@@ -12,6 +12,8 @@
 
 pub mod aitken;
 pub mod quasi_newton;
+#[cfg(test)]
+mod tests;
 
 use aitken::Aitken;
 use interfaces::case::coupling::{self, AccelerationMethod};
