@@ -28,7 +28,7 @@ struct Moment {
     structure: Option<Frame>,
 }
 
-/// Draws about [`COUNT`] pictures evenly over the run, and one of the structure alone where it is small, and writes them to `dir/frames/`; none if the run left no
+/// Draws about [`COUNT`] pictures evenly over the run, and one of the structure alone where it is small, and of its displacement where there is no fluid, and writes them to `dir/frames/`; none if the run left no
 /// snapshots. Pictures of an earlier report there are replaced.
 pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
     let series = |name: &str| {
@@ -88,6 +88,21 @@ pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
         let caption = format!("{} s", scale::short(moment.time));
         pictures.push(save(format!("t{:.4}.png", moment.time), caption, moment, &view)?);
     }
+    if let Some((moment, displacement)) = furthest(&moments) {
+        let (label, values, largest) = displacement;
+        let colours = bar(&label, "m", VIRIDIS, std::iter::once(values.clone()));
+        let frame = moment.structure.as_ref().expect("the moment was chosen by its structure");
+        let layers = [layer(frame, Some(values).zip(colours), PLAIN_STRUCTURE, spacings[2])];
+        let png = picture::draw(moment.time, &view, &layers).png();
+        let file = folder.join(DISPLACEMENT);
+        atomic::write_file(&file, &png)?;
+        let caption = format!(
+            "The {label} at {} s, {} at most, as the paper's Fig. 7",
+            scale::short(moment.time),
+            scale::quantity(largest, "m")
+        );
+        pictures.push(FramePicture { caption, file, png });
+    }
     if let Some((moment, near)) = close_up(&moments, &view, spacings[2]) {
         let caption =
             format!("The structure at {} s, where its stress is largest", scale::short(moment.time));
@@ -98,6 +113,30 @@ pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
 
 /// File of the structure's picture, as the paper's Fig. 18.
 const CLOSE_UP: &str = "structure.png";
+
+/// File of the picture of the displacement, as the paper's Fig. 7, in runs of the structure alone.
+const DISPLACEMENT: &str = "displacement.png";
+
+/// Of a structure alone: the moment with the largest component of displacement among those drawn; that component by name and at each
+/// particle, and its largest value.
+fn furthest(moments: &[Moment]) -> Option<(&Moment, (String, Vec<f64>, f64))> {
+    let component = |moment: &Moment, axis: usize| -> Option<Vec<f64>> {
+        let array = moment.structure.as_ref()?.array("displacement").filter(|a| axis < a.components)?;
+        Some(array.values.chunks_exact(array.components).map(|u| u[axis]).collect())
+    };
+    let size = |values: &[f64]| values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    moments
+        .iter()
+        .filter(|moment| moment.fluid.is_none())
+        .flat_map(|moment| (0..3).map(move |axis| (moment, axis)))
+        .filter_map(|(moment, axis)| Some((moment, axis, component(moment, axis)?)))
+        .map(|(moment, axis, values)| (moment, axis, size(&values), values))
+        .filter(|(_, _, size, _)| *size > 0.0 && size.is_finite())
+        .max_by(|a, b| a.2.total_cmp(&b.2))
+        .map(|(moment, axis, size, values)| {
+            (moment, (format!("displacement u{}", ["x", "y", "z"][axis]), values, size))
+        })
+}
 
 /// The moment of largest stress among those drawn, and the structure's surroundings then; `None` without stress,
 /// or if the other pictures show the structure as large already.
@@ -136,7 +175,7 @@ fn prepare(folder: &Path) -> Result<()> {
         let path = entry.map_err(read_error(folder))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let time = name.strip_prefix('t').and_then(|rest| rest.strip_suffix(".png"));
-        if name == CLOSE_UP || time.is_some_and(|text| text.parse::<f64>().is_ok()) {
+        if name == CLOSE_UP || name == DISPLACEMENT || time.is_some_and(|text| text.parse::<f64>().is_ok()) {
             fs::remove_file(&path).map_err(write_error(&path))?;
         }
     }
