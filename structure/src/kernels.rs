@@ -14,7 +14,7 @@ use std::array::from_fn;
 use std::ops::Range;
 
 /// Fewer slices than this are not shared among threads: handing half of so short a pass over costs more than it saves. Two threads over one
-/// were measured to be 0.97 at 250 particles, 1.0 to 1.3 at 1,000, 1.5 at 2,000 to 8,000 (both gradients on a lattice, windows of 10 steps).
+/// were measured to be 1.0 at 250 particles, 1.2 to 1.3 at 1,000, up to 1.5 at 2,000 to 8,000 (both gradients on a lattice, windows of 12 steps, loaded machine).
 const PARALLEL_SLICES: usize = 128;
 
 /// Whether passes over so many slices are shared among threads.
@@ -228,12 +228,12 @@ fn energy_pass_in<const D: usize, const K: usize>(
     for body in bodies {
         let (own, rest) = split(energy, body.slices.len() * LANES);
         energy = rest;
-        let leaf = |slices: Range<usize>, mut out: [[&mut [f64]; 1]; 1]| {
+        let leaf = |slices: Range<usize>, out: [[&mut [f64]; 1]; 1]| {
             pulp::Arch::new().dispatch(
                 #[inline(always)]
                 || {
                     with_law!(body.law, L => {
-                        energies::<D, K, L>(pairs, &body.elasticity, &displacement, slices, &mut out[0][0])
+                        energies::<D, K, L>(pairs, &body.elasticity, &displacement, slices, out[0][0]);
                     });
                 },
             );

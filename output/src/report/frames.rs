@@ -88,19 +88,15 @@ pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
         let caption = format!("{} s", scale::short(moment.time));
         pictures.push(save(format!("t{:.4}.png", moment.time), caption, moment, &view)?);
     }
-    if let Some((moment, displacement)) = furthest(&moments) {
-        let (label, values, largest) = displacement;
+    if let Some(Displaced { moment, frame, axis, values, largest }) = furthest(&moments) {
+        let label = format!("displacement u{}", ["x", "y", "z"][axis]);
         let colours = bar(&label, "m", VIRIDIS, std::iter::once(values.clone()));
-        let frame = moment.structure.as_ref().expect("the moment was chosen by its structure");
         let layers = [layer(frame, Some(values).zip(colours), PLAIN_STRUCTURE, spacings[2])];
         let png = picture::draw(moment.time, &view, &layers).png();
         let file = folder.join(DISPLACEMENT);
         atomic::write_file(&file, &png)?;
-        let caption = format!(
-            "The {label} at {} s, {} at most, as the paper's Fig. 7",
-            scale::short(moment.time),
-            scale::quantity(largest, "m")
-        );
+        let (time, largest) = (scale::short(moment.time), scale::quantity(largest, "m"));
+        let caption = format!("The {label} at {time} s, {largest} at most, as the paper's Fig. 7");
         pictures.push(FramePicture { caption, file, png });
     }
     if let Some((moment, near)) = close_up(&moments, &view, spacings[2]) {
@@ -117,25 +113,36 @@ const CLOSE_UP: &str = "structure.png";
 /// File of the picture of the displacement, as the paper's Fig. 7, in runs of the structure alone.
 const DISPLACEMENT: &str = "displacement.png";
 
-/// Of a structure alone: the moment with the largest component of displacement among those drawn; that component by name and at each
-/// particle, and its largest value.
-fn furthest(moments: &[Moment]) -> Option<(&Moment, (String, Vec<f64>, f64))> {
-    let component = |moment: &Moment, axis: usize| -> Option<Vec<f64>> {
+/// One component of the displacement at one moment.
+struct Displaced<'a> {
+    moment: &'a Moment,
+    frame: &'a Frame,
+    axis: usize,
+    /// At each particle (m).
+    values: Vec<f64>,
+    /// Largest size among them (m).
+    largest: f64,
+}
+
+/// Of a structure alone: the component of displacement that is largest among the moments drawn.
+fn furthest(moments: &[Moment]) -> Option<Displaced<'_>> {
+    let component = |moment: &'_ Moment, axis: usize| -> Option<(Vec<f64>, f64)> {
         let array = moment.structure.as_ref()?.array("displacement").filter(|a| axis < a.components)?;
-        Some(array.values.chunks_exact(array.components).map(|u| u[axis]).collect())
+        let values: Vec<f64> = array.values.chunks_exact(array.components).map(|u| u[axis]).collect();
+        let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        (largest > 0.0 && largest.is_finite()).then_some((values, largest))
     };
-    let size = |values: &[f64]| values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    moments
-        .iter()
-        .filter(|moment| moment.fluid.is_none())
-        .flat_map(|moment| (0..3).map(move |axis| (moment, axis)))
-        .filter_map(|(moment, axis)| Some((moment, axis, component(moment, axis)?)))
-        .map(|(moment, axis, values)| (moment, axis, size(&values), values))
-        .filter(|(_, _, size, _)| *size > 0.0 && size.is_finite())
-        .max_by(|a, b| a.2.total_cmp(&b.2))
-        .map(|(moment, axis, size, values)| {
-            (moment, (format!("displacement u{}", ["x", "y", "z"][axis]), values, size))
-        })
+    let mut best: Option<Displaced> = None;
+    for moment in moments.iter().filter(|moment| moment.fluid.is_none()) {
+        let Some(frame) = &moment.structure else { continue };
+        for axis in 0..3 {
+            let Some((values, largest)) = component(moment, axis) else { continue };
+            if best.as_ref().is_none_or(|b| largest > b.largest) {
+                best = Some(Displaced { moment, frame, axis, values, largest });
+            }
+        }
+    }
+    best
 }
 
 /// The moment of largest stress among those drawn, and the structure's surroundings then; `None` without stress,
