@@ -19,7 +19,7 @@
 //! | names with `residual_before` or `residual_after` | residual of condition (46), logarithmic |
 //! | names ending in `iterations` | iterations |
 //! | `….force…`, `….impulse…`, `….work…` | force, impulse and work at the interface |
-//! | `<side>.<kind>_energy` (kinds `kinetic`, `potential`, `strain`, …; `total` or `mechanical` if given, else their sum), `total_energy` | energy of each side and of the whole, as the paper's Figs. 11 and 20 |
+//! | `<side>.<kind>_energy` (kinds `kinetic`, `potential`, `strain`, …; `total` or `mechanical` if given, else their sum without `dissipated`), `total_energy`, `<side>.load_work` | energy of each side and of the whole, as the paper's Figs. 11 and 20; work of the loads beside what became of it |
 //! | `size` or `dt`, `sub_steps`, `….volume_drift`, other names ending in `residual` | course of the run |
 //!
 //! A column's unit follows from the part of its name after the last dot (`ux` is in m, `vx` in m/s, `p` and
@@ -49,7 +49,7 @@ use crate::summary::Summary;
 use crate::table::{self, Columns};
 use std::path::{Path, PathBuf};
 
-/// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png` and `dir/frames/structure.png` from what a run left in `dir`, and returns
+/// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png`, `dir/frames/structure.png` and `dir/frames/displacement.png` from what a run left in `dir`, and returns
 /// the report's path. Works on finished, killed and still running runs.
 ///
 /// # Errors

@@ -1,50 +1,55 @@
-//! One Runge–Kutta step of a clamped beam, per number of particles, gradient and threads; `cargo bench -p structure`.
+//! Runge–Kutta steps of a clamped beam, per gradient, lattice or not, number of particles and threads; `cargo bench -p structure --bench step`.
+//!
+//! Criterion prints the time of [`SUB_STEPS`] steps and the rate in particles and steps (`Gelem/s`: one over it is ns per particle and step of
+//! four force evaluations). `cargo bench -p structure --bench step -- 'quadratic lattice/3000 '` runs a part.
 
+mod beam;
+
+use beam::{Path, beam, name};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use sph::Vector;
-use structure::{Body, Gradient, Law, Load, Material, Plane, Setup, Side, Structure};
+use std::time::Duration;
+use structure::{Gradient, Load};
+
+/// Layers and columns: 300, 3,000, 30,000 and 300,000 particles, the shapes of plates and gates.
+const SIZES: [[usize; 2]; 4] = [[4, 75], [20, 150], [20, 1500], [100, 3000]];
 
 /// Steps in one call, so that conversions at a window's ends weigh as they do in a coupled run.
 const SUB_STEPS: usize = 10;
 
-fn beam(gradient: Gradient, layers: usize, columns: usize) -> Structure<2> {
-    let material =
-        Material { law: Law::AlmansiHooke, plane: Plane::Strain, youngs_modulus: 12e6, poissons_ratio: 0.4 };
-    let high = Vector::from([columns as f64 * 1e-3, layers as f64 * 1e-3]);
-    let body = Body::block(Vector::zeros(), high, 1e-3, material, 1100.0).clamp(
-        0,
-        Side::Low,
-        gradient,
-        gradient.default_smoothing_ratio(),
-    );
-    let mut setup = Setup::new(vec![body]);
-    setup.gradient = gradient;
-    setup.gravity = Vector::from([0.0, -9.81]);
-    Structure::new(setup).expect("the beam is sound")
-}
-
 fn steps(criterion: &mut Criterion) {
-    for (layers, columns) in [(4, 75), (20, 150), (20, 1500), (100, 3000)] {
-        for gradient in [Gradient::FirstOrder, Gradient::Quadratic] {
-            let mut structure = beam(gradient, layers, columns);
-            let from = structure.state_at_rest(0.0);
-            let mut to = from.clone();
-            let dt = 0.5 * SUB_STEPS as f64 * structure.stable_time_step();
-            let mut group = criterion.benchmark_group(format!("{gradient:?}"));
-            group.throughput(Throughput::Elements((structure.len() * SUB_STEPS) as u64)).sample_size(10);
-            for threads in [1, 2] {
-                let pool =
-                    rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads start");
-                let id = BenchmarkId::new(format!("{threads} threads"), structure.len());
-                group.bench_function(id, |bencher| {
-                    pool.install(|| {
-                        bencher.iter(|| {
-                            structure
-                                .advance(&from, &mut to, dt, SUB_STEPS, &Load::None)
-                                .expect("it is stable")
+    for gradient in [Gradient::FirstOrder, Gradient::Quadratic] {
+        for path in Path::ALL {
+            let mut group = criterion.benchmark_group(format!("{} {}", name(gradient), path.name()));
+            group.sample_size(10).measurement_time(Duration::from_secs(3));
+            for size in SIZES {
+                // Made when the first of its benchmarks runs: one left out by a filter costs nothing.
+                let mut made = None;
+                for threads in [1, 2] {
+                    let id = BenchmarkId::new(
+                        size.iter().product::<usize>().to_string(),
+                        format!("{threads} threads"),
+                    );
+                    group.throughput(Throughput::Elements(
+                        (size.iter().product::<usize>() * SUB_STEPS) as u64,
+                    ));
+                    group.bench_function(id, |bencher| {
+                        let pool = rayon::ThreadPoolBuilder::new()
+                            .num_threads(threads)
+                            .build()
+                            .expect("threads start");
+                        let structure = made.get_or_insert_with(|| beam(gradient, path, size));
+                        let from = structure.state_at_rest(0.0);
+                        let mut to = from.clone();
+                        let dt = 0.5 * SUB_STEPS as f64 * structure.stable_time_step();
+                        pool.install(|| {
+                            bencher.iter(|| {
+                                structure
+                                    .advance(&from, &mut to, dt, SUB_STEPS, &Load::None)
+                                    .expect("it is stable")
+                            });
                         });
                     });
-                });
+                }
             }
         }
     }

@@ -13,8 +13,14 @@ use crate::stencil::{Slice, Stencil};
 use std::array::from_fn;
 use std::ops::Range;
 
-/// Fewer slices than this are not shared among threads: a pass over them takes less than waking a thread up is worth.
-const PARALLEL_SLICES: usize = 512;
+/// Fewer slices than this are not shared among threads: handing half of so short a pass over costs more than it saves. Two threads over one
+/// were measured to be 1.0 at 250 particles, 1.2 to 1.3 at 1,000, up to 1.5 at 2,000 to 8,000 (both gradients on a lattice, windows of 12 steps, loaded machine).
+const PARALLEL_SLICES: usize = 128;
+
+/// Whether passes over so many slices are shared among threads.
+pub(crate) fn is_shared(slices: usize) -> bool {
+    slices >= PARALLEL_SLICES && rayon::current_num_threads() > 1
+}
 
 /// One body's part of a pass.
 #[derive(Clone, Debug)]
@@ -59,6 +65,8 @@ pub(crate) struct Fields {
     pub step: Field,
     /// One over the mass that the pair sum is divided by, zero for fixed particles: see [`Pairs::acceleration`].
     pub scale: Field,
+    /// Strain energy a volume (J/m³), filled where it is asked for.
+    pub energy: Field,
 }
 
 /// Rows of [`Fields::step`]: displacement and velocity at the step's start, velocity of the stage, (3) and (4) the sums of
@@ -81,6 +89,7 @@ impl Fields {
             external: Field::new(dimension, margin, count),
             step: Field::new(row::COUNT * dimension, margin, count),
             scale: Field::new(1, margin, count),
+            energy: Field::new(1, margin, count),
         }
     }
 }
@@ -126,6 +135,17 @@ pub(crate) fn stage_pass(
     fields: &mut Fields,
 ) {
     for_dimension!(dimension, gradient, stage_pass_in(stencil, stage, fields));
+}
+
+/// Strain energies a volume at all particles from the displacements.
+pub(crate) fn energy_pass(
+    dimension: usize,
+    gradient: Gradient,
+    stencil: &Stencil,
+    bodies: &[BodyPass],
+    fields: &mut Fields,
+) {
+    for_dimension!(dimension, gradient, energy_pass_in(stencil, bodies, fields));
 }
 
 /// Internal accelerations (m/s²) from the conjugates alone, to a field of `D` components.
@@ -197,6 +217,32 @@ fn stage_pass_in<const D: usize, const K: usize>(stencil: &Stencil, stage: &Stag
     in_tasks(0..stencil.slices.len(), rows, &leaf);
 }
 
+fn energy_pass_in<const D: usize, const K: usize>(
+    stencil: &Stencil,
+    bodies: &[BodyPass],
+    fields: &mut Fields,
+) {
+    let pairs = Pairs { stencil, margin: stencil.margin };
+    let displacement = fields.displacement.components::<D>();
+    let mut energy = fields.energy.interior_rows_mut::<1, 1>();
+    for body in bodies {
+        let (own, rest) = split(energy, body.slices.len() * LANES);
+        energy = rest;
+        let leaf = |slices: Range<usize>, out: [[&mut [f64]; 1]; 1]| {
+            pulp::Arch::new().dispatch(
+                #[inline(always)]
+                || {
+                    with_law!(body.law, L => {
+                        energies::<D, K, L>(pairs, &body.elasticity, &displacement, slices, out[0][0]);
+                    });
+                },
+            );
+            None
+        };
+        in_tasks(body.slices.clone(), own, &leaf);
+    }
+}
+
 fn acceleration_pass_in<const D: usize, const K: usize>(stencil: &Stencil, fields: &Fields, out: &mut Field) {
     let pairs = Pairs { stencil, margin: stencil.margin };
     let (conjugate, scale) = (fields.conjugate.rows::<D, K>(), fields.scale.component(0));
@@ -217,13 +263,7 @@ fn visit_gradients_in<const D: usize, const K: usize>(
     let pairs = Pairs { stencil, margin: stencil.margin };
     let displacement = fields.displacement.components::<D>();
     for s in 0..stencil.slices.len() {
-        let moments = pairs.moments::<D, K>(s, &displacement);
-        let constants = pairs.constants(s);
-        let (l, energy) = if K == D {
-            (first_order::displacement_gradient::<D, K>(&moments, constants), Lanes::ZERO)
-        } else {
-            quadratic::observe::<D, K>(&moments, constants)
-        };
+        let (l, energy) = pairs.observe::<D, K>(s, &displacement);
         let mut padded = [[Lanes::ZERO; 3]; 3];
         for i in 0..D {
             padded[i][..D].copy_from_slice(&l[i]);
@@ -259,6 +299,20 @@ fn stresses<const D: usize, const K: usize, L: ConstitutiveLaw>(
         }
     }
     failed
+}
+
+#[inline(always)]
+fn energies<const D: usize, const K: usize, L: ConstitutiveLaw>(
+    pairs: Pairs,
+    elasticity: &Elasticity,
+    displacement: &[&[f64]; D],
+    slices: Range<usize>,
+    out: &mut [f64],
+) {
+    for (n, s) in slices.enumerate() {
+        let (l, gradient_energy) = pairs.observe::<D, K>(s, displacement);
+        (L::energy(elasticity, &l) + gradient_energy).store(out, n * LANES);
+    }
 }
 
 #[inline(always)]
@@ -349,6 +403,22 @@ impl<'a> Pairs<'a> {
         sums
     }
 
+    /// The displacement gradient, and the strain-gradient energy a volume (J/m³).
+    #[inline(always)]
+    fn observe<const D: usize, const K: usize>(
+        &self,
+        s: usize,
+        displacement: &[&[f64]; D],
+    ) -> (Tensor<D>, Lanes) {
+        let moments = self.moments::<D, K>(s, displacement);
+        let constants = self.constants(s);
+        if K == D {
+            (first_order::displacement_gradient::<D, K>(&moments, constants), Lanes::ZERO)
+        } else {
+            quadratic::observe::<D, K>(&moments, constants)
+        }
+    }
+
     /// `scale_a Σ_b (Q_a φ_ab − Q_b φ_ba)`. The first `D` basis functions are odd, `φ_ba = −φ_ab`, the others even.
     ///
     /// First order: Eq. (42) with `Q = P K⁻¹`, `φ_ab = V_b ∇₀W_ab` and `scale = 1/ρ_s`. Quadratic: `Q = V c M` and `scale = 1/(ρ_s V)`.
@@ -418,7 +488,7 @@ fn in_tasks<const N: usize, const M: usize>(
     leaf: &(impl Fn(Range<usize>, [[&mut [f64]; N]; M]) -> Option<usize> + Sync),
 ) -> Option<usize> {
     let count = slices.len();
-    if count < PARALLEL_SLICES || rayon::current_num_threads() == 1 {
+    if !is_shared(count) {
         return leaf(slices, out);
     }
     let half = count / 2;

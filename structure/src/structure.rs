@@ -5,7 +5,7 @@ use crate::ganzenmuller2015::HourglassPairs;
 use crate::gradient::first_order::FirstOrder;
 use crate::gradient::quadratic::Quadratic;
 use crate::kernels::{self, BodyPass, Fields, row};
-use crate::lanes::{LANES, Lanes, plus_identity};
+use crate::lanes::{LANES, plus_identity};
 use crate::material::{ConstitutiveLaw, with_law};
 use crate::numbering::{NOBODY, Numbering};
 use crate::setup::{Gradient, Setup};
@@ -312,25 +312,13 @@ impl<const D: usize> Structure<D> {
         })
     }
 
-    fn strain_energy(&self) -> f64 {
-        let mut by_slice = vec![0.0; self.stencil.slices.len()];
-        kernels::visit_gradients::<D>(
-            self.setup.gradient,
-            &self.stencil,
-            &self.fields,
-            |s, l, gradient_energy| {
-                let pass = body_of(&self.passes, s);
-                let density: Lanes =
-                    with_law!(pass.law, L => L::energy(&pass.elasticity, l)) + gradient_energy;
-                for lane in 0..LANES {
-                    let user = self.numbering.user_of[s * LANES + lane];
-                    if user != NOBODY {
-                        by_slice[s] += density.0[lane] * self.volumes[user as usize];
-                    }
-                }
-            },
-        );
-        by_slice.iter().sum()
+    fn strain_energy(&mut self) -> f64 {
+        let (gradient, stencil) = (self.setup.gradient, &self.stencil);
+        kernels::energy_pass(D, gradient, stencil, &self.passes, &mut self.fields);
+        let internal_of = &self.numbering.internal_of;
+        sph::parallel::sum(self.len(), |user| {
+            self.volumes[user] * self.fields.energy.get(0, internal_of[user] as usize)
+        })
     }
 }
 

@@ -28,6 +28,22 @@ impl<const D: usize> Structure<D> {
         sub_steps: usize,
         load: &Load<D>,
     ) -> Result<Report, Error> {
+        if kernels::is_shared(self.stencil.slices.len()) {
+            // Into the pool once a window: from outside, each pass would wait for a worker to wake up and for its answer.
+            rayon::scope(|_| self.solve(from, to, dt, sub_steps, load))
+        } else {
+            self.solve(from, to, dt, sub_steps, load)
+        }
+    }
+
+    fn solve(
+        &mut self,
+        from: &State<D>,
+        to: &mut State<D>,
+        dt: f64,
+        sub_steps: usize,
+        load: &Load<D>,
+    ) -> Result<Report, Error> {
         self.check_window(from.time, dt, sub_steps)?;
         self.check_load(load, from.time)?;
         self.load_state(from)?;

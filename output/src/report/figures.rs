@@ -262,6 +262,7 @@ pub(crate) fn energy(windows: &Columns) -> Vec<Figure> {
         let (curves, total) = side_energy(windows, times, side);
         let caption = if side == "structure" { "As the paper's Figs. 11 and 20(a)–(d)." } else { "" };
         figures.extend(energy_figure(&format!("Energy of the {side}"), curves, caption.to_owned()));
+        figures.extend(work_figure(windows, times, side));
         totals.push((side, total));
     }
     let whole = windows.get("total_energy").map(<[f64]>::to_vec);
@@ -287,6 +288,27 @@ fn energy_figure(title: &str, curves: Vec<Curve>, caption: String) -> Option<Fig
     Some(Figure { svg: plot::svg(&plot)?, caption })
 }
 
+/// The work of all loads on a side (gravity among them) and what became of it: kinetic, strain and dissipated energy. Without
+/// `load_work` there is none.
+fn work_figure(windows: &Columns, times: &[f64], side: &str) -> Option<Figure> {
+    let column = |name: &str| windows.get(&format!("{side}.{name}"));
+    let work = column("load_work")?;
+    let stored = sum(["kinetic_energy", "strain_energy", "dissipated_energy"].into_iter().filter_map(column));
+    let first = stored.first()? - work.first()?;
+    let error = |(e, w): (&f64, &f64)| (e - w - first).abs();
+    let largest = stored.iter().zip(work).map(error).fold(0.0, f64::max);
+    let scale = stored.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
+    let caption = format!(
+        "Kinetic, strain and dissipated energy together, and the work of all loads, gravity among them. Since the first window their \
+         difference has changed by {} at most, {} of the largest energy.",
+        scale::quantity(largest, "J"),
+        scale::short(if scale > 0.0 { largest / scale } else { 0.0 })
+    );
+    let curves =
+        vec![curve("kinetic + strain + dissipated", times, &stored), curve("work of loads", times, work)];
+    energy_figure(&format!("Energy and work, {side}"), curves, caption)
+}
+
 /// Curves of the kinds of energy of a side and of their total; and the total.
 fn side_energy(windows: &Columns, times: &[f64], side: &str) -> (Vec<Curve>, Vec<f64>) {
     let kinds: Vec<(&str, &[f64])> = windows
@@ -297,9 +319,12 @@ fn side_energy(windows: &Columns, times: &[f64], side: &str) -> (Vec<Curve>, Vec
     let given = kinds.iter().find(|(kind, _)| matches!(*kind, "total" | "mechanical"));
     let parts: Vec<(&str, &[f64])> =
         kinds.iter().copied().filter(|(kind, _)| !matches!(*kind, "total" | "mechanical")).collect();
-    let total =
-        given.map_or_else(|| sum(parts.iter().map(|(_, values)| *values)), |(_, values)| values.to_vec());
-    let mut curves: Vec<Curve> = parts.iter().map(|(kind, values)| curve(kind, times, values)).collect();
+    // What damping took is no energy of the side any more.
+    let held = parts.iter().filter(|(kind, _)| *kind != "dissipated").map(|(_, values)| *values);
+    let total = given.map_or_else(|| sum(held), |(_, values)| values.to_vec());
+    // Nothing but zero (no gravity, no damping) would only fill the legend.
+    let shown = parts.iter().filter(|(_, values)| parts.len() == 1 || values.iter().any(|&v| v != 0.0));
+    let mut curves: Vec<Curve> = shown.map(|(kind, values)| curve(kind, times, values)).collect();
     if parts.len() != 1 {
         curves.push(curve("total", times, &total));
     }
@@ -355,6 +380,25 @@ mod tests {
         assert!(
             figures[2].caption.starts_with("Start 10 J, end 9.75 J, largest rise above an earlier value 0")
         );
+    }
+
+    #[test]
+    fn work_and_energy_are_held_against_each_other() {
+        let windows = table(&[
+            ("time", &[0.0, 1.0]),
+            ("structure.kinetic_energy", &[1.0, 2.0]),
+            ("structure.strain_energy", &[0.0, 2.0]),
+            ("structure.potential_energy", &[0.0, 0.0]),
+            ("structure.load_work", &[0.0, 4.5]),
+            ("structure.dissipated_energy", &[0.0, 1.0]),
+        ]);
+        let figures = energy(&windows);
+        assert_eq!(figures.len(), 2);
+        // Held is what is not dissipated; a gravity that does not act has no curve.
+        assert!(figures[0].svg.contains("total: 4 J at 1 s") && !figures[0].svg.contains("potential"));
+        // 5 − 4.5 at the end, 1 at the start: a change of 0.5, a tenth of 5.
+        let caption = &figures[1].caption;
+        assert!(caption.contains("by 500 mJ at most, 0.1 of"), "{caption}");
     }
 
     #[test]

@@ -28,7 +28,7 @@ struct Moment {
     structure: Option<Frame>,
 }
 
-/// Draws about [`COUNT`] pictures evenly over the run, and one of the structure alone where it is small, and writes them to `dir/frames/`; none if the run left no
+/// Draws about [`COUNT`] pictures evenly over the run, and one of the structure alone where it is small, and of its displacement where there is no fluid, and writes them to `dir/frames/`; none if the run left no
 /// snapshots. Pictures of an earlier report there are replaced.
 pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
     let series = |name: &str| {
@@ -88,6 +88,17 @@ pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
         let caption = format!("{} s", scale::short(moment.time));
         pictures.push(save(format!("t{:.4}.png", moment.time), caption, moment, &view)?);
     }
+    if let Some(Displaced { moment, frame, axis, values, largest }) = furthest(&moments) {
+        let label = format!("displacement u{}", ["x", "y", "z"][axis]);
+        let colours = bar(&label, "m", VIRIDIS, std::iter::once(values.clone()));
+        let layers = [layer(frame, Some(values).zip(colours), PLAIN_STRUCTURE, spacings[2])];
+        let png = picture::draw(moment.time, &view, &layers).png();
+        let file = folder.join(DISPLACEMENT);
+        atomic::write_file(&file, &png)?;
+        let (time, largest) = (scale::short(moment.time), scale::quantity(largest, "m"));
+        let caption = format!("The {label} at {time} s, {largest} at most, as the paper's Fig. 7");
+        pictures.push(FramePicture { caption, file, png });
+    }
     if let Some((moment, near)) = close_up(&moments, &view, spacings[2]) {
         let caption =
             format!("The structure at {} s, where its stress is largest", scale::short(moment.time));
@@ -98,6 +109,41 @@ pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
 
 /// File of the structure's picture, as the paper's Fig. 18.
 const CLOSE_UP: &str = "structure.png";
+
+/// File of the picture of the displacement, as the paper's Fig. 7, in runs of the structure alone.
+const DISPLACEMENT: &str = "displacement.png";
+
+/// One component of the displacement at one moment.
+struct Displaced<'a> {
+    moment: &'a Moment,
+    frame: &'a Frame,
+    axis: usize,
+    /// At each particle (m).
+    values: Vec<f64>,
+    /// Largest size among them (m).
+    largest: f64,
+}
+
+/// Of a structure alone: the component of displacement that is largest among the moments drawn.
+fn furthest(moments: &[Moment]) -> Option<Displaced<'_>> {
+    let component = |moment: &'_ Moment, axis: usize| -> Option<(Vec<f64>, f64)> {
+        let array = moment.structure.as_ref()?.array("displacement").filter(|a| axis < a.components)?;
+        let values: Vec<f64> = array.values.chunks_exact(array.components).map(|u| u[axis]).collect();
+        let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        (largest > 0.0 && largest.is_finite()).then_some((values, largest))
+    };
+    let mut best: Option<Displaced> = None;
+    for moment in moments.iter().filter(|moment| moment.fluid.is_none()) {
+        let Some(frame) = &moment.structure else { continue };
+        for axis in 0..3 {
+            let Some((values, largest)) = component(moment, axis) else { continue };
+            if best.as_ref().is_none_or(|b| largest > b.largest) {
+                best = Some(Displaced { moment, frame, axis, values, largest });
+            }
+        }
+    }
+    best
+}
 
 /// The moment of largest stress among those drawn, and the structure's surroundings then; `None` without stress,
 /// or if the other pictures show the structure as large already.
@@ -136,7 +182,7 @@ fn prepare(folder: &Path) -> Result<()> {
         let path = entry.map_err(read_error(folder))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let time = name.strip_prefix('t').and_then(|rest| rest.strip_suffix(".png"));
-        if name == CLOSE_UP || time.is_some_and(|text| text.parse::<f64>().is_ok()) {
+        if name == CLOSE_UP || name == DISPLACEMENT || time.is_some_and(|text| text.parse::<f64>().is_ok()) {
             fs::remove_file(&path).map_err(write_error(&path))?;
         }
     }
