@@ -3,6 +3,7 @@
 //! One executable, so that the tests share the cores and the support. Every run has a folder and a domain of shared memory of its own,
 //! which must be empty afterwards; every process has a watchdog.
 
+mod column;
 mod command;
 mod coupling;
 mod gate;
