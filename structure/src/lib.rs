@@ -37,6 +37,7 @@ mod cells;
 mod error;
 mod external;
 mod field;
+pub mod filling;
 mod ganzenmuller2015;
 mod gradient;
 mod kernels;

@@ -13,6 +13,9 @@ use crate::SubSteps;
 
 /// Sub-steps of a window where the case does not say: the paper's choice.
 const SUB_STEPS: u32 = 100;
+/// Times that particles off the lattice move to the centroids of their cells where the case does not say: with that many, rows at faces at an
+/// angle to the lattice follow the faces.
+const RELAXATION: u32 = 10;
 /// Longest wait for a participant where the case does not say (s).
 const DEADLINE: f64 = 60.0;
 
@@ -135,6 +138,14 @@ fn resolve_structure(structure: typed::Structure, general: &General) -> Structur
             .body
             .into_iter()
             .map(|body| Body {
+                lattice_angle: body.lattice_angle,
+                jitter: body.jitter,
+                seed: body.seed,
+                relaxation: body.relaxation.unwrap_or(if body.is_off_lattice(&structure.clamp) {
+                    RELAXATION
+                } else {
+                    0
+                }),
                 name: body.name,
                 bounds: body.bounds,
                 velocity: body
@@ -151,10 +162,11 @@ fn resolve_structure(structure: typed::Structure, general: &General) -> Structur
 
 fn resolve_clamp(clamp: typed::Clamp, gradient: GradientOperator) -> Clamp {
     let rows = clamp.rows.map_or(gradient.clamp_rows(), |rows| rows as usize);
-    let region = match (clamp.face, clamp.bounds) {
-        (Some(face), _) => ClampRegion::Face { face, rows },
-        (None, Some(bounds)) => ClampRegion::Box { bounds },
-        (None, None) => unreachable!("the check wants a face or a box"),
+    let region = match (clamp.face, clamp.bounds, clamp.circle) {
+        (Some(face), ..) => ClampRegion::Face { face, rows },
+        (None, Some(bounds), _) => ClampRegion::Box { bounds },
+        (None, None, Some(circle)) => ClampRegion::Circle { circle },
+        (None, None, None) => unreachable!("the check wants a face, a box or a circle"),
     };
     Clamp { name: clamp.name, body: clamp.body, region }
 }
@@ -227,7 +239,7 @@ impl Clamp {
     pub fn rows_box(&self, body: &AxisBox, cell: f64) -> Option<AxisBox> {
         match &self.region {
             ClampRegion::Face { face, rows } => Some(beyond(body, *face, *rows as f64 * cell)),
-            ClampRegion::Box { .. } => None,
+            ClampRegion::Box { .. } | ClampRegion::Circle { .. } => None,
         }
     }
 }
