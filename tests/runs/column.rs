@@ -40,7 +40,9 @@ fn a_moving_wall_iterated_moves_as_the_compliant_one_does() {
         "{compliant:?}"
     );
     // Iterations to a relative residual of 1e-3: 2.1, 4.8 and 2.5 in the mean when this was written.
-    for (method, order, most) in [("iqn-ils", "serial", 3.0), ("aitken", "serial", 6.0), ("iqn-imvj", "parallel", 4.0)] {
+    for (method, order, most) in
+        [("iqn-ils", "serial", 3.0), ("aitken", "serial", 6.0), ("iqn-imvj", "parallel", 4.0)]
+    {
         let method = format!("coupling.acceleration.method={method}");
         let scheme = format!("coupling.scheme={order}-implicit");
         let words =

@@ -45,6 +45,17 @@ impl AxisBox {
     }
 }
 
+/// A circle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Circle {
+    /// Its centre (m).
+    pub centre: Vec<f64>,
+    /// Its radius (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: f64,
+}
+
 /// A face of a box. In two dimensions `left`, `right`, `bottom` and `top`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]

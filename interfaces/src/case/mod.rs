@@ -24,7 +24,7 @@ mod tests;
 pub mod typed;
 
 pub use errors::{CaseError, CaseErrors};
-pub use geometry::{AxisBox, Face, Side, array};
+pub use geometry::{AxisBox, Circle, Face, Side, array};
 pub use resolved::Case;
 pub use schema::schema;
 

@@ -9,6 +9,10 @@ use super::resolved::{
 };
 use super::typed;
 
+/// Times that particles off the lattice move to the centroids of their cells where the case does not say: with that many, rows at faces at an
+/// angle to the lattice follow the faces.
+const RELAXATION: u32 = 10;
+
 /// Resolves a checked case.
 pub(super) fn resolve(file: typed::CaseFile) -> Case {
     let probes = file.probe.iter().map(|probe| resolve_probe(probe, &file)).collect();
@@ -128,6 +132,14 @@ fn resolve_structure(structure: typed::Structure, general: &General) -> Structur
             .body
             .into_iter()
             .map(|body| Body {
+                lattice_angle: body.lattice_angle,
+                jitter: body.jitter,
+                seed: body.seed,
+                relaxation: body.relaxation.unwrap_or(if body.is_off_lattice(&structure.clamp) {
+                    RELAXATION
+                } else {
+                    0
+                }),
                 name: body.name,
                 bounds: body.bounds,
                 velocity: body
@@ -144,10 +156,11 @@ fn resolve_structure(structure: typed::Structure, general: &General) -> Structur
 
 fn resolve_clamp(clamp: typed::Clamp, gradient: GradientOperator) -> Clamp {
     let rows = clamp.rows.map_or(gradient.clamp_rows(), |rows| rows as usize);
-    let region = match (clamp.face, clamp.bounds) {
-        (Some(face), _) => ClampRegion::Face { face, rows },
-        (None, Some(bounds)) => ClampRegion::Box { bounds },
-        (None, None) => unreachable!("the check wants a face or a box"),
+    let region = match (clamp.face, clamp.bounds, clamp.circle) {
+        (Some(face), ..) => ClampRegion::Face { face, rows },
+        (None, Some(bounds), _) => ClampRegion::Box { bounds },
+        (None, None, Some(circle)) => ClampRegion::Circle { circle },
+        (None, None, None) => unreachable!("the check wants a face, a box or a circle"),
     };
     Clamp { name: clamp.name, body: clamp.body, region }
 }
@@ -200,7 +213,7 @@ impl Clamp {
     pub fn rows_box(&self, body: &AxisBox, cell: f64) -> Option<AxisBox> {
         match &self.region {
             ClampRegion::Face { face, rows } => Some(beyond(body, *face, *rows as f64 * cell)),
-            ClampRegion::Box { .. } => None,
+            ClampRegion::Box { .. } | ClampRegion::Circle { .. } => None,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The case as resolved: checked, every default filled in, nothing optional left. Plain data; the solvers make particles of it.
 
 use super::coupling::Coupling;
-use super::geometry::{AxisBox, Face, Side};
+use super::geometry::{AxisBox, Circle, Face, Side};
 use super::numerics::{FluidNumerics, StructureNumerics};
 use super::typed;
 use crate::{Scalar, ScalarKind};
@@ -211,6 +211,14 @@ pub struct Body {
     pub bounds: AxisBox,
     /// Velocity at the start.
     pub velocity: InitialVelocity,
+    /// Angle of the lattice of its particles to the axes (rad), counter-clockwise.
+    pub lattice_angle: f64,
+    /// Random displacement of its particles from the lattice, at most this times Δx along each axis.
+    pub jitter: f64,
+    /// Seed of the random displacement.
+    pub seed: u32,
+    /// Times that the particles move to the centroids of their Voronoi cells.
+    pub relaxation: u32,
 }
 
 /// Velocity of a body at the start.
@@ -274,6 +282,11 @@ pub enum ClampRegion {
         /// The box.
         #[serde(rename = "box")]
         bounds: AxisBox,
+    },
+    /// The body ends on the circle's arc, and points of the arc are fixed.
+    Circle {
+        /// The circle.
+        circle: Circle,
     },
 }
 

@@ -2,7 +2,7 @@
 //! (descriptions included) is made of these types, and `super::conform` holds the text against that schema.
 
 use super::coupling::CouplingKeys;
-use super::geometry::{AxisBox, Face, Side};
+use super::geometry::{AxisBox, Circle, Face, Side};
 use super::numerics::{FluidNumericsKeys, StructureNumericsKeys};
 use super::resolved::{self, Assumption, InitialVelocity, MaterialLaw, ProbeQuantity, ProbeTarget, Slip};
 use schemars::JsonSchema;
@@ -204,9 +204,30 @@ pub struct Body {
     pub bounds: AxisBox,
     /// Velocity at the start: a vector (m/s) or a shape; at rest if left out.
     pub velocity: Option<InitialVelocity>,
+    /// Angle of the lattice of its particles to the axes (rad), counter-clockwise; two dimensions only.
+    #[serde(default)]
+    pub lattice_angle: f64,
+    /// Random displacement of its particles from the lattice, at most this times Δx along each axis; two dimensions only.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0, "maximum" = 0.5))]
+    pub jitter: f64,
+    /// Seed of the random displacement.
+    #[serde(default)]
+    pub seed: u32,
+    /// Times that the particles move to the centroids of their Voronoi cells; if left out, 10 where they are no lattice along the axes.
+    #[schemars(extend("maximum" = 100))]
+    pub relaxation: Option<u32>,
 }
 
-/// What is held fast: a `face`, beyond which the body goes on by fixed rows, or the body's particles in a `box`.
+impl Body {
+    /// Whether its particles are no lattice along the axes: each has its own cell then.
+    pub(super) fn is_off_lattice(&self, clamps: &[Clamp]) -> bool {
+        let is_cut = clamps.iter().any(|clamp| clamp.body == self.name && clamp.circle.is_some());
+        self.lattice_angle != 0.0 || self.jitter != 0.0 || is_cut || self.relaxation.is_some_and(|n| n > 0)
+    }
+}
+
+/// What is held fast: a `face`, beyond which the body goes on by fixed rows, the body's particles in a `box`, or the arc of a `circle` that cuts it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Clamp {
@@ -222,6 +243,8 @@ pub struct Clamp {
     /// Box in which the body's particles are fixed.
     #[serde(rename = "box")]
     pub bounds: Option<AxisBox>,
+    /// Circle on whose arc the body ends, held there: what of the body is inside is left out; two dimensions only.
+    pub circle: Option<Circle>,
 }
 
 /// A force that keeps its direction (a dead load): on a `face`, at a point (`at`), or, with neither, in the whole body.

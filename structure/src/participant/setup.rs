@@ -1,15 +1,16 @@
 //! From the case to the structure's setup and initial velocities.
 
 use super::failed;
-use crate::{Body, DeadLoad, Gradient, History, Law, Material, MaterialPoint, Plane, Setup, Side};
+use crate::filling::{Filling, rectangle, without_disc};
+use crate::{Body, Cell, DeadLoad, Gradient, History, Law, Material, MaterialPoint, Plane, Setup, Side};
 use interfaces::ParticipantError;
 use interfaces::case::numerics::GradientOperator;
 use interfaces::case::resolved::{
-    self, Assumption, CantileverVelocity, ClampRegion, InitialVelocity, LoadTarget, MaterialLaw,
+    self, Assumption, CantileverVelocity, Clamp, ClampRegion, InitialVelocity, LoadTarget, MaterialLaw,
 };
 use interfaces::case::{AxisBox, Case, Face};
-use sph::Vector;
 use sph::lattice::Lattice;
+use sph::{Matrix, Vector};
 
 /// A setup, and the velocities (m/s) of all its particles at the start.
 pub struct Made<const D: usize> {
@@ -29,9 +30,19 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
         let (low, high) = corners::<D>(&part.bounds);
         let mut body =
             Body::block(low, high, structure.particle_spacing, material, structure.material.density);
-        for clamp in structure.clamps.iter().filter(|c| c.body == part.name) {
+        let clamps: Vec<&Clamp> = structure.clamps.iter().filter(|c| c.body == part.name).collect();
+        let mut arcs = Vec::new();
+        if off_lattice(part, &clamps) {
+            (body, arcs) = scattered(part, &clamps, structure.particle_spacing, body)?;
+        }
+        for clamp in clamps {
             match &clamp.region {
+                ClampRegion::Face { face, rows: 0 } if !body.centroid_offsets.is_empty() => {
+                    body =
+                        body.with_fixed_nodes(&face_points(*face, &part.bounds, structure.particle_spacing));
+                }
                 ClampRegion::Face { face, rows: 0 } => body = body.with_fixed_face(face.axis(), side(*face)),
+                ClampRegion::Circle { .. } => body = body.with_fixed_nodes(&std::mem::take(&mut arcs)),
                 ClampRegion::Face { face, rows } => {
                     body = body.with_fixed_rows(face.axis(), side(*face), *rows);
                 }
@@ -96,6 +107,63 @@ fn corners<const D: usize>(bounds: &AxisBox) -> (Vector<D>, Vector<D>) {
     (Vector::from_column_slice(&bounds.low), Vector::from_column_slice(&bounds.high))
 }
 
+/// Points on a face of a box, about `spacing` (m) apart: centres of the cells that tile it.
+fn face_points<const D: usize>(face: Face, of: &AxisBox, spacing: f64) -> Vec<Vector<D>> {
+    let (mut low, mut high) = corners::<D>(of);
+    let (axis, coordinate) = (face.axis(), face.coordinate(of));
+    // One cell thick about the face: its cell centres lie on the face.
+    (low[axis], high[axis]) = (coordinate - 0.5 * spacing, coordinate + 0.5 * spacing);
+    Lattice::fill_box(low, high, spacing).positions
+}
+
+/// Whether the body's particles are no lattice along the axes.
+fn off_lattice(part: &resolved::Body, clamps: &[&Clamp]) -> bool {
+    let is_cut = clamps.iter().any(|clamp| matches!(clamp.region, ClampRegion::Circle { .. }));
+    part.lattice_angle != 0.0 || part.jitter != 0.0 || part.relaxation > 0 || is_cut
+}
+
+/// The body of particles that are no lattice, cut by its clamps' circles, and the fixed nodes on their arcs. A checked case has two dimensions
+/// where it comes to this.
+fn scattered<const D: usize>(
+    part: &resolved::Body,
+    clamps: &[&Clamp],
+    spacing: f64,
+    like: Body<D>,
+) -> Result<(Body<D>, Vec<Vector<D>>), ParticipantError> {
+    let (low, high) = corners::<2>(&part.bounds);
+    let (mut outline, mut arcs) = (rectangle(low, high), Vec::new());
+    for clamp in clamps {
+        let ClampRegion::Circle { circle } = &clamp.region else { continue };
+        let centre = Vector::from_column_slice(&circle.centre);
+        let (cut, nodes) = without_disc(&outline, &centre, circle.radius, spacing).ok_or_else(|| {
+            failed(format!(
+                "clamp `{}`: its circle does not cut the border of the body `{}` in two points; let it reach across one end of the body",
+                clamp.name, part.name
+            ))
+        })?;
+        outline = cut;
+        arcs.extend(nodes.iter().map(|n| Vector::from_column_slice(n.as_slice())));
+    }
+    let filling = Filling {
+        spacing,
+        lattice_angle: part.lattice_angle,
+        jitter: part.jitter,
+        seed: u64::from(part.seed),
+        sweeps: part.relaxation as usize,
+    };
+    let (positions, cells) = filling.fill(low, high, &outline);
+    let positions = positions.iter().map(|p| Vector::from_column_slice(p.as_slice())).collect();
+    let cells: Vec<Cell<D>> = cells
+        .iter()
+        .map(|cell| Cell {
+            volume: cell.volume,
+            offset: Vector::from_column_slice(cell.offset.as_slice()),
+            moment: Matrix::from_fn(|i, j| cell.moment[(i, j)]),
+        })
+        .collect();
+    Ok((Body::from_cells(positions, &cells, spacing, like.material, like.density), arcs))
+}
+
 fn side(face: Face) -> Side {
     if face.sign() < 0.0 { Side::Low } else { Side::High }
 }
@@ -131,13 +199,7 @@ fn dead_load<const D: usize>(
 ) -> DeadLoad<D> {
     let points: Vec<Vector<D>> = match &load.target {
         LoadTarget::Point { at } => vec![Vector::from_column_slice(at)],
-        LoadTarget::Face { face } => {
-            let (mut low, mut high) = corners::<D>(&part.bounds);
-            let (axis, coordinate) = (face.axis(), face.coordinate(&part.bounds));
-            // One cell thick about the face: its cell centres lie on the face.
-            (low[axis], high[axis]) = (coordinate - 0.5 * spacing, coordinate + 0.5 * spacing);
-            Lattice::fill_box(low, high, spacing).positions
-        }
+        LoadTarget::Face { face } => face_points(*face, &part.bounds, spacing),
         LoadTarget::Body {} => body.positions.clone(),
     };
     let mut shares = vec![0.0; body.positions.len()];

@@ -2,6 +2,7 @@
 
 use super::{Findings, check_box, check_face, check_filled_box, check_names, check_participant, is_own};
 use crate::case::nearest::nearest;
+use crate::case::numerics::GradientOperator;
 use crate::case::resolved::{Assumption, InitialVelocity};
 use crate::case::typed::{Body, Clamp, General, Load, Material, Structure};
 
@@ -17,6 +18,14 @@ pub(super) fn check(structure: &Structure, case: &General, findings: &mut Findin
     }
     for (i, body) in structure.body.iter().enumerate() {
         check_filled_box(&format!("structure.body.{i}.box"), &body.bounds, spacing, findings);
+        if case.dimension != 2 && body.is_off_lattice(&[]) {
+            let remedy = "leave lattice_angle, jitter and relaxation out";
+            findings.add(
+                format!("structure.body.{i}"),
+                "particles off the lattice are for two dimensions",
+                remedy,
+            );
+        }
         if let Some(InitialVelocity::Mode(mode)) = &body.velocity {
             let key = format!("structure.body.{i}.velocity.clamped_face");
             check_face(&key, Some(mode.clamped_face), case.dimension, findings);
@@ -97,14 +106,41 @@ pub(super) fn remedy_for_name(name: &str, known: &[&str], section: &str) -> Stri
 fn check_clamp(key: &str, clamp: &Clamp, structure: &Structure, dimension: u32, findings: &mut Findings) {
     let body = body_named(key, &clamp.body, structure, findings);
     check_face(&format!("{key}.face"), clamp.face, dimension, findings);
-    match (clamp.face, &clamp.bounds) {
-        (Some(_), Some(_)) => findings.add(key, "has both face and box", "make two clamps of it"),
-        (None, None) => findings.add(key, "holds nothing", "add face or box"),
-        (Some(_), None) => {}
-        (None, Some(bounds)) => {
-            if clamp.rows.is_some() {
-                findings.add(format!("{key}.rows"), "is for a clamped face", "leave it out");
-            }
+    let kinds =
+        [(clamp.face.is_some(), "face"), (clamp.bounds.is_some(), "box"), (clamp.circle.is_some(), "circle")];
+    let there: Vec<_> = kinds.iter().filter(|(is_there, _)| *is_there).map(|(_, name)| *name).collect();
+    match there[..] {
+        [one, other, ..] => {
+            findings.add(key, format!("has both {one} and {other}"), "make two clamps of it");
+            return;
+        }
+        [] => findings.add(key, "holds nothing", "add face, box or circle"),
+        [_] => {}
+    }
+    if clamp.face.is_none() && clamp.rows.is_some() {
+        findings.add(format!("{key}.rows"), "is for a clamped face", "leave it out");
+    }
+    let gradient = structure.numerics.gradient;
+    let rows = clamp.rows.map_or(gradient.clamp_rows(), |rows| rows as usize);
+    if clamp.face.is_some() && rows > 0 && body.is_some_and(|body| body.is_off_lattice(&structure.clamp)) {
+        findings.add(
+            key,
+            "its fixed rows would go on with a lattice that the body has not",
+            "take the quadratic gradient and rows = 0, or a box",
+        );
+    }
+    if clamp.circle.is_some() && dimension != 2 {
+        findings.add(format!("{key}.circle"), "is for two dimensions", "take face or box");
+    } else if clamp.circle.is_some() && gradient == GradientOperator::FirstOrder {
+        findings.add(
+            format!("{key}.circle"),
+            "is held by fixed points, which the first-order gradient does not see",
+            "take the quadratic gradient, or a box",
+        );
+    }
+    match &clamp.bounds {
+        None => {}
+        Some(bounds) => {
             let is_box = check_box(&format!("{key}.box"), bounds, findings);
             let misses = |body: &Body| {
                 let sides =

@@ -49,6 +49,9 @@ pub(super) fn check(file: &mut CaseFile, findings: &mut Findings) {
             if let Some(bounds) = &mut clamp.bounds {
                 vectors.bounds(&format!("structure.clamp.{i}.box"), bounds);
             }
+            if let Some(circle) = &mut clamp.circle {
+                vectors.vector(&format!("structure.clamp.{i}.circle.centre"), &mut circle.centre);
+            }
         }
         for (i, load) in structure.load.iter_mut().enumerate() {
             vectors.optional(&format!("structure.load.{i}.at"), &mut load.at);
