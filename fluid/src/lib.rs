@@ -107,4 +107,5 @@ pub use options::{Load, Options, Preconditioner, Scheme, ShiftingLaw, StructureV
 pub use probes::{Probe, ProbeValue};
 pub use solver::{Fluid, FluidProperties};
 pub use state::{State, SurfaceClass};
+pub use time_step::Stage;
 pub use walls::{Side, SurfacePoint, WallPart, WallShape, Walls};

@@ -22,6 +22,25 @@ use crate::viscosity::{self, ViscousInput, ViscousScratch};
 use rayon::prelude::*;
 use sph::{Matrix, Vector, parallel};
 
+/// Stages of a step, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Neighbour lists, kernel sums, surface.
+    Neighbours,
+    /// The operator's diagonal and the preconditioner.
+    Assembly,
+    /// Projection of positions onto the density.
+    PositionProjection,
+    /// Velocity without pressure.
+    Prediction,
+    /// Pressure Poisson equation.
+    PressureSolve,
+    /// Velocity by pressure, loads.
+    VelocityAndLoad,
+    /// Motion, shifting, contact; energy and momentum.
+    MotionAndAccounts,
+}
+
 /// Memory of a step, used again by the next.
 #[derive(Default)]
 pub(crate) struct Scratch<const D: usize> {
@@ -67,20 +86,43 @@ impl<const D: usize> Fluid<D> {
         structure: &InterfaceInput<'_, D>,
         trial: &mut State<D>,
     ) -> Result<StepReport<D>, Error> {
+        self.step_watched(accepted, time, dt, structure, trial, |_| ())
+    }
+
+    /// [`step`](Self::step) that tells `done` of each stage when it is over, for whoever measures what the stages cost.
+    ///
+    /// # Errors
+    /// Those of [`step`](Self::step).
+    pub fn step_watched(
+        &mut self,
+        accepted: &State<D>,
+        time: f64,
+        dt: f64,
+        structure: &InterfaceInput<'_, D>,
+        trial: &mut State<D>,
+        mut done: impl FnMut(Stage),
+    ) -> Result<StepReport<D>, Error> {
         structure.check(self.interface.volumes.len(), time)?;
         trial.copy_from(accepted);
         let mut report = StepReport { dt, ..StepReport::default() };
 
         self.find_neighbours(accepted, structure); //                      (1), (5), (17), (25), (26)
+        done(Stage::Neighbours);
         self.assemble(); //                                                 (15), (16)
+        done(Stage::Assembly);
         self.project_positions(time, trial, &mut report)?; //               density error
+        done(Stage::PositionProjection);
         self.predict(accepted, dt, structure, &mut report); //              (10)–(13)
+        done(Stage::Prediction);
         self.solve_pressure(accepted, time, dt, trial, &mut report)?; //     (14)–(17)
+        done(Stage::PressureSolve);
         self.correct_velocity(dt, structure, trial, &mut report); //         (18)
         self.load_structure(accepted, trial); //                                      (46), (48)
+        done(Stage::VelocityAndLoad);
         self.move_particles(accepted, dt, structure, trial, &mut report); // (19), (21)–(32)
         self.account(accepted, time, trial, &mut report)?;
         trial.last_dt = dt;
+        done(Stage::MotionAndAccounts);
         Ok(report)
     }
 
