@@ -66,8 +66,6 @@ pub struct Neighbourhood<const D: usize> {
     pub structure: NeighbourList,
     /// `V_s ∇W_as` (1/m).
     pub structure_gradients: Vec<Vector<D>>,
-    /// `r_s − r_a` (m) of the same pairs.
-    pub structure_offsets: Vec<Vector<D>>,
     /// Fluid around structure: rows are interface particles.
     pub fluid_of_structure: NeighbourList,
     /// `V ∇W_sa` (1/m).
@@ -119,9 +117,9 @@ impl<const D: usize> Neighbourhood<D> {
             *sums = Surroundings { concentration: volume * kernel.value(0.0), ..Surroundings::default() };
             for (pair, &b) in pairs.iter_mut().zip(self.fluid.of(a)) {
                 let r = positions[a] - positions[b as usize];
-                let (gradient, distance) = weight.add(sums, &r, volume);
+                let (gradient, slope_over_distance) = weight.add(sums, &r, volume);
                 sums.fluid_gradient += gradient;
-                *pair = Pair { gradient, stiffness: 2.0 * gradient.norm() / distance };
+                *pair = Pair { gradient, stiffness: -2.0 * slope_over_distance };
             }
         });
         let mut boundary =
@@ -146,11 +144,6 @@ impl<const D: usize> Neighbourhood<D> {
             bodies.structure_positions,
             bodies.structure_volumes,
         );
-        self.structure_offsets.clear();
-        for (a, at) in positions.iter().enumerate() {
-            self.structure_offsets
-                .extend(self.structure.of(a).iter().map(|&s| bodies.structure_positions[s as usize] - at));
-        }
         let mut nothing = vec![(); bodies.structure_positions.len()];
         for_each_row(
             &self.fluid_of_structure,
@@ -183,17 +176,18 @@ struct Weight<'a, const D: usize> {
 }
 
 impl<const D: usize> Weight<'_, D> {
-    /// Adds the pair at `r = r_a − r_b` to the sums that all kinds of neighbours share; gives `V_b ∇W_ab` and the distance.
+    /// Adds the pair at `r = r_a − r_b` to the sums that all kinds of neighbours share; gives `V_b ∇W_ab` and `V_b W'/|r|`.
     #[inline]
     fn add(&self, sums: &mut Surroundings<D>, r: &Vector<D>, volume: f64) -> (Vector<D>, f64) {
         let distance = r.norm();
-        let value = self.kernel.value(distance);
-        let gradient = r * (volume * self.kernel.slope(distance) / distance);
+        let (value, slope) = self.kernel.value_and_slope(distance);
+        let slope_over_distance = volume * slope / distance;
+        let gradient = r * slope_over_distance;
         sums.concentration += volume * value;
         sums.moment -= tensor::outer(r, &gradient);
         let ratio = value * self.crowded;
         let squared = ratio * ratio;
         sums.crowding += gradient * (1.0 + 0.2 * squared * squared);
-        (gradient, distance)
+        (gradient, slope_over_distance)
     }
 }

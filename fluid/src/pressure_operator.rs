@@ -48,8 +48,11 @@ pub struct OperatorScratch<const D: usize> {
 
 /// `Σ_b V ∇W_ab + 2 (walls and structure)` of every particle.
 pub fn own_gradients<const D: usize>(neighbourhood: &Neighbourhood<D>, out: &mut Vec<Vector<D>>) {
-    out.clear();
-    out.extend(neighbourhood.surroundings.iter().map(|s| s.fluid_gradient + s.boundary_gradient * 2.0));
+    let sums = &neighbourhood.surroundings;
+    out.resize(sums.len(), Vector::zeros());
+    out.par_iter_mut().with_min_len(1024).zip(sums).for_each(|(own, s)| {
+        *own = s.fluid_gradient + s.boundary_gradient * 2.0;
+    });
 }
 
 /// The fluid's acceleration by pressure in one row: `−(1/ρ) (p_a own_a + Σ_b p_b V∇W_ab)`.

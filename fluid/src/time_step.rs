@@ -41,6 +41,9 @@ pub enum Stage {
     MotionAndAccounts,
 }
 
+/// Particles that one task works through at least where little is done for each.
+const ROWS: usize = 1024;
+
 /// Memory of a step, used again by the next.
 #[derive(Default)]
 pub(crate) struct Scratch<const D: usize> {
@@ -117,7 +120,7 @@ impl<const D: usize> Fluid<D> {
         self.solve_pressure(accepted, time, dt, trial, &mut report)?; //     (14)–(17)
         done(Stage::PressureSolve);
         self.correct_velocity(dt, structure, trial, &mut report); //         (18)
-        self.load_structure(accepted, trial); //                                      (46), (48)
+        self.load_structure(accepted, structure, trial); //                  (46), (48)
         done(Stage::VelocityAndLoad);
         self.move_particles(accepted, dt, structure, trial, &mut report); // (19), (21)–(32)
         self.account(accepted, time, trial, &mut report)?;
@@ -165,13 +168,14 @@ impl<const D: usize> Fluid<D> {
             &s.surface,
         )
         .diagonal(&mut s.diagonal);
-        for a in 0..s.own.len() {
+        let both = s.extra_diagonal.par_iter_mut().zip(&mut s.diagonal).with_min_len(ROWS);
+        both.enumerate().for_each(|(a, (extra, diagonal))| {
             let pocket = if s.surface.in_pocket[a] { self.options.pocket_regularisation } else { 0.0 };
             let kappa = (self.options.regularisation + pocket) * unit;
             let alpha = s.surface.alpha[a].max(crate::surface::KNOWN);
-            s.extra_diagonal[a] = kappa + s.diagonal[a] * (1.0 / alpha - 1.0);
-            s.diagonal[a] += s.extra_diagonal[a];
-        }
+            *extra = kappa + *diagonal * (1.0 / alpha - 1.0);
+            *diagonal += *extra;
+        });
         let a = operator(
             &s.neighbourhood,
             &s.own,
@@ -276,7 +280,7 @@ impl<const D: usize> Fluid<D> {
         s.predicted.resize(accepted.len(), Vector::zeros());
         s.predicted
             .par_iter_mut()
-            .with_min_len(2048)
+            .with_min_len(ROWS)
             .zip(&accepted.velocities)
             .zip(&s.viscous_accelerations)
             .for_each(|((predicted, u), viscous)| *predicted = u + (viscous + gravity) * dt);
@@ -332,7 +336,7 @@ impl<const D: usize> Fluid<D> {
             &s.predicted_structure,
             &mut s.right,
         );
-        s.right.par_iter_mut().for_each(|b| *b *= -1.0 / dt);
+        s.right.par_iter_mut().with_min_len(ROWS).for_each(|b| *b *= -1.0 / dt);
         s.known.clear();
         s.known.resize(accepted.len(), 0.0);
         if self.options.surface_offset {
@@ -364,7 +368,8 @@ impl<const D: usize> Fluid<D> {
         let pb = parallel::sum(p.len(), |i| p[i] * s.right[i]);
         let pr = parallel::sum(p.len(), |i| p[i] * s.solver.residual()[i]);
         let scale = if pb > 0.0 && pb - pr > 0.0 { pb / (pb - pr) } else { 1.0 };
-        p.iter_mut().zip(&s.known).for_each(|(p, known)| *p = *p * scale + known);
+        let both = p.par_iter_mut().zip(&s.known).with_min_len(ROWS);
+        both.for_each(|(p, known)| *p = *p * scale + known);
         Ok(())
     }
 
@@ -391,9 +396,9 @@ impl<const D: usize> Fluid<D> {
         pressure_operator::structure_gradients(&s.neighbourhood, p, &mut self.output.pressure_gradients);
 
         let velocities = &mut trial.velocities;
-        for ((u, predicted), a) in velocities.iter_mut().zip(&s.predicted).zip(&s.accelerations) {
-            *u = predicted + a * dt;
-        }
+        let with_pressure =
+            velocities.par_iter_mut().zip(&s.predicted).zip(&s.accelerations).with_min_len(ROWS);
+        with_pressure.for_each(|((u, predicted), a)| *u = predicted + a * dt);
         // Work of moving boundaries, by the transpose: what the projection itself may have given the fluid.
         let compliance = &self.compliance;
         report.structure_work = dt
@@ -422,9 +427,8 @@ impl<const D: usize> Fluid<D> {
             } else {
                 velocity_correction::confidence(&s.neighbourhood, &s.corrections, &mut s.confidence);
             }
-            for ((d, a), phi) in s.difference.iter_mut().zip(&s.accelerations).zip(&s.confidence) {
-                *d = (*d - a) * (phi * dt);
-            }
+            let differences = s.difference.par_iter_mut().zip(&s.accelerations).zip(&s.confidence);
+            differences.with_min_len(ROWS).for_each(|((d, a), phi)| *d = (*d - a) * (phi * dt));
             let taken =
                 mass * parallel::sum(p.len(), |a| {
                     0.5 * (s.predicted[a].norm_squared() - velocities[a].norm_squared())
@@ -436,22 +440,18 @@ impl<const D: usize> Fluid<D> {
                 velocity_correction::admissible_share(mass, velocities, &s.difference, taken)
             };
             let theta = report.gradient_share;
-            for (u, d) in velocities.iter_mut().zip(&s.difference) {
-                *u += d * theta;
-            }
+            let corrected = velocities.par_iter_mut().zip(&s.difference).with_min_len(ROWS);
+            corrected.for_each(|(u, d)| *u += d * theta);
             s.confidence.iter_mut().for_each(|phi| *phi *= theta);
         } else {
             s.confidence.resize(p.len(), 0.0);
         }
-        for ((a, u), predicted) in
-            trial.pressure_accelerations.iter_mut().zip(velocities.iter()).zip(&s.predicted)
-        {
-            *a = (u - predicted) / dt;
-        }
+        let changes = trial.pressure_accelerations.par_iter_mut().zip(&*velocities).zip(&s.predicted);
+        changes.with_min_len(ROWS).for_each(|((a, u), predicted)| *a = (u - predicted) / dt);
     }
 
     /// What the structure gets, and what the fluid got from it by the formula that moved it.
-    fn load_structure(&mut self, accepted: &State<D>, trial: &State<D>) {
+    fn load_structure(&mut self, accepted: &State<D>, structure: &InterfaceInput<'_, D>, trial: &State<D>) {
         let s = &mut self.scratch;
         let p = &trial.pressures;
         interface_load::pair_reactions(
@@ -459,6 +459,7 @@ impl<const D: usize> Fluid<D> {
             &s.corrections,
             &s.confidence,
             &self.properties,
+            (&accepted.positions, structure.positions),
             p,
             &mut self.output.pair_reactions,
         );

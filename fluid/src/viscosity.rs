@@ -66,9 +66,10 @@ pub fn accelerations<const D: usize>(
     scratch.viscosities.clear();
     scratch.viscosities.resize(count, input.kinematic_viscosity);
     if options.smagorinsky > 0.0 {
-        for (nu, gradient) in scratch.viscosities.iter_mut().zip(&scratch.gradients) {
+        let both = scratch.viscosities.par_iter_mut().zip(&scratch.gradients).with_min_len(512);
+        both.for_each(|(nu, gradient)| {
             *nu += eddy_viscosity(gradient, options.smagorinsky, input.smoothing_length);
-        }
+        });
     }
     let list = &input.neighbourhood.fluid;
     let viscosities = &scratch.viscosities;
