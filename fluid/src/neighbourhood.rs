@@ -7,12 +7,34 @@ use sph::neighbours::{CellGrid, NeighbourList};
 use sph::{Matrix, Vector, tensor};
 
 /// A pair of particles, seen from the first.
+///
+/// Stored in single precision, because the solves read little else and memory is what they wait for. Nothing is lost by it: `V_b ∇W_ab`
+/// and `V_a ∇W_ba` are rounded alike, so the two stay exact opposites, and every sum over neighbours is made of the rounded values, in
+/// double precision: divergence and gradient stay exact transposes and corrected gradients exact for linear fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair<const D: usize> {
+    gradient: [f32; D],
+    stiffness: f32,
+}
+
+impl<const D: usize> Pair<D> {
+    /// A pair of gradient `V_b ∇W_ab` (1/m) and stiffness `−2 V_b W'/|r_ab|` (1/m²), both rounded.
+    #[inline]
+    pub fn new(gradient: &Vector<D>, stiffness: f64) -> Self {
+        Self { gradient: std::array::from_fn(|i| gradient[i] as f32), stiffness: stiffness as f32 }
+    }
+
     /// `V_b ∇W_ab` (1/m).
-    pub gradient: Vector<D>,
+    #[inline]
+    pub fn gradient(&self) -> Vector<D> {
+        Vector::from_fn(|i, _| f64::from(self.gradient[i]))
+    }
+
     /// `−2 V_b W'/|r_ab|` (1/m²): the compact Laplacian's coefficient, `∇²f ≈ Σ stiffness (f_b − f_a)`.
-    pub stiffness: f64,
+    #[inline]
+    pub fn stiffness(&self) -> f64 {
+        f64::from(self.stiffness)
+    }
 }
 
 /// Kernel sums over everything around a fluid particle.
@@ -34,7 +56,7 @@ pub struct Surroundings<const D: usize> {
 
 impl<const D: usize> Default for Pair<D> {
     fn default() -> Self {
-        Self { gradient: Vector::zeros(), stiffness: 0.0 }
+        Self { gradient: [0.0; D], stiffness: 0.0 }
     }
 }
 
@@ -117,9 +139,11 @@ impl<const D: usize> Neighbourhood<D> {
             *sums = Surroundings { concentration: volume * kernel.value(0.0), ..Surroundings::default() };
             for (pair, &b) in pairs.iter_mut().zip(self.fluid.of(a)) {
                 let r = positions[a] - positions[b as usize];
-                let (gradient, slope_over_distance) = weight.add(sums, &r, volume);
+                let kernel = weight.at(&r, volume);
+                *pair = Pair::new(&(r * kernel.slope_over_distance), -2.0 * kernel.slope_over_distance);
+                let gradient = pair.gradient();
+                kernel.add(sums, &r, &gradient);
                 sums.fluid_gradient += gradient;
-                *pair = Pair { gradient, stiffness: -2.0 * slope_over_distance };
             }
         });
         let mut boundary =
@@ -128,7 +152,9 @@ impl<const D: usize> Neighbourhood<D> {
                     let before = sums.moment;
                     for (stored, &b) in gradients.iter_mut().zip(list.of(a)) {
                         let r = positions[a] - points[b as usize];
-                        let (gradient, _) = weight.add(sums, &r, volumes[b as usize]);
+                        let kernel = weight.at(&r, volumes[b as usize]);
+                        let gradient = r * kernel.slope_over_distance;
+                        kernel.add(sums, &r, &gradient);
                         sums.boundary_gradient += gradient;
                         *stored = gradient;
                     }
@@ -175,19 +201,38 @@ struct Weight<'a, const D: usize> {
     crowded: f64,
 }
 
+/// The kernel between two particles.
+struct KernelBetween {
+    /// `V_b W_ab`.
+    share: f64,
+    /// `V_b W'/|r_ab|` (1/m²).
+    slope_over_distance: f64,
+    /// `1 + 0.2 (W/W(Δx))⁴`.
+    crowding: f64,
+}
+
 impl<const D: usize> Weight<'_, D> {
-    /// Adds the pair at `r = r_a − r_b` to the sums that all kinds of neighbours share; gives `V_b ∇W_ab` and `V_b W'/|r|`.
+    /// The kernel at `r = r_a − r_b`.
     #[inline]
-    fn add(&self, sums: &mut Surroundings<D>, r: &Vector<D>, volume: f64) -> (Vector<D>, f64) {
+    fn at(&self, r: &Vector<D>, volume: f64) -> KernelBetween {
         let distance = r.norm();
         let (value, slope) = self.kernel.value_and_slope(distance);
-        let slope_over_distance = volume * slope / distance;
-        let gradient = r * slope_over_distance;
-        sums.concentration += volume * value;
-        sums.moment -= tensor::outer(r, &gradient);
         let ratio = value * self.crowded;
         let squared = ratio * ratio;
-        sums.crowding += gradient * (1.0 + 0.2 * squared * squared);
-        (gradient, slope_over_distance)
+        KernelBetween {
+            share: volume * value,
+            slope_over_distance: volume * slope / distance,
+            crowding: 1.0 + 0.2 * squared * squared,
+        }
+    }
+}
+
+impl KernelBetween {
+    /// Adds the pair at `r = r_a − r_b` to the sums that all kinds of neighbours share; `gradient` is `V_b ∇W_ab`.
+    #[inline]
+    fn add<const D: usize>(&self, sums: &mut Surroundings<D>, r: &Vector<D>, gradient: &Vector<D>) {
+        sums.concentration += self.share;
+        sums.moment -= tensor::outer(r, gradient);
+        sums.crowding += gradient * self.crowding;
     }
 }

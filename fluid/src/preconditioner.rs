@@ -44,9 +44,9 @@ impl PressurePreconditioner {
             let reaction = operator.wide_share * operator.own[a].norm_squared();
             let mut total = operator.extra_diagonal[a] / operator.inverse_density + reaction;
             for (&b, pair) in list.of(a).iter().zip(&operator.neighbourhood.fluid_pairs[list.range(a)]) {
-                total += pair.stiffness;
+                total += pair.stiffness();
                 if free[b as usize] {
-                    row.push(b, -pair.stiffness);
+                    row.push(b, -pair.stiffness());
                 }
             }
             total

@@ -67,7 +67,7 @@ fn row_acceleration<const D: usize>(
 ) -> Vector<D> {
     let mut sum = own * p_a;
     for (&b, pair) in neighbours.iter().zip(pairs) {
-        sum += pair.gradient * p[b as usize];
+        sum += pair.gradient() * p[b as usize];
     }
     sum * -inverse_density
 }
@@ -132,7 +132,7 @@ fn row_divergence<const D: usize>(
     let pairs = &neighbourhood.fluid_pairs[list.range(a)];
     let mut sum = -own[a].dot(&velocities[a]);
     for (&b, pair) in list.of(a).iter().zip(pairs) {
-        sum += pair.gradient.dot(&velocities[b as usize]);
+        sum += pair.gradient().dot(&velocities[b as usize]);
     }
     if !structure_velocities.is_empty() {
         let list = &neighbourhood.structure;
@@ -157,8 +157,8 @@ impl<const D: usize> PressureOperator<'_, D> {
                 let (mut gradient, mut laplacian) = (self.own[a] * p_a, 0.0);
                 for (&b, pair) in list.of(a).iter().zip(pairs) {
                     let p_b = p[b as usize];
-                    gradient += pair.gradient * p_b;
-                    laplacian += pair.stiffness * (p_a - p_b);
+                    gradient += pair.gradient() * p_b;
+                    laplacian += pair.stiffness() * (p_a - p_b);
                 }
                 *acceleration = gradient * -self.inverse_density;
                 *out = if self.free[a] { compact * laplacian + self.extra_diagonal[a] * p_a } else { 0.0 };
@@ -189,8 +189,8 @@ impl<const D: usize> PressureOperator<'_, D> {
         out.par_iter_mut().with_min_len(ROWS).enumerate().for_each(|(a, out)| {
             let (mut wide, mut compact) = (self.own[a].norm_squared(), 0.0);
             for pair in &neighbourhood.fluid_pairs[neighbourhood.fluid.range(a)] {
-                wide += pair.gradient.norm_squared();
-                compact += pair.stiffness;
+                wide += pair.gradient().norm_squared();
+                compact += pair.stiffness();
             }
             *out = self.inverse_density * (self.wide_share * wide + self.laplacian_share * compact);
         });
