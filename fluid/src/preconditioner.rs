@@ -15,7 +15,8 @@ pub struct PressurePreconditioner {
 
 impl PressurePreconditioner {
     /// Sets up for `operator`, whose diagonal is `diagonal`. The multigrid's matrix is the compact Laplacian between unknown pressures, with
-    /// the operator's extra diagonal and, for the wide operator, its reaction `|own|²` (see [`multigrid::Options::WIDE_OPERATOR`]), all times ρ.
+    /// the operator's extra diagonal and, for the wide operator, its reaction, the square of the force of a
+    /// constant pressure (see [`multigrid::Options::WIDE_OPERATOR`]), all times ρ.
     pub fn prepare<const D: usize>(
         &mut self,
         kind: Preconditioner,
@@ -41,7 +42,9 @@ impl PressurePreconditioner {
             if !free[a] {
                 return 1.0;
             }
-            let reaction = operator.wide_share * operator.own[a].norm_squared();
+            let sums = &operator.neighbourhood.surroundings[a];
+            let one_sided = (sums.fluid_gradient + sums.boundary_gradient) * 2.0;
+            let reaction = operator.wide_share * one_sided.norm_squared();
             let mut total = operator.extra_diagonal[a] / operator.inverse_density + reaction;
             for (&b, pair) in list.of(a).iter().zip(&operator.neighbourhood.fluid_pairs[list.range(a)]) {
                 total += pair.stiffness();

@@ -49,7 +49,7 @@ impl Options {
 
     /// For the wide operator `D M⁻¹ Dᵀ + 0.1 L` preconditioned through the compact Laplacian `L` **and its reaction**, the
     /// diagonal `|Σ_j V w_ij ∇W_ij|²/ρ` (that of the pressure force of a constant pressure), which the caller adds to `L`.
-    pub const WIDE_OPERATOR: Self = Self { short_wave_gain: 2.0 };
+    pub const WIDE_OPERATOR: Self = Self { short_wave_gain: 1.5 };
 }
 
 /// One level: its matrix, its aggregates (none on the coarsest) and the vectors the cycle works with.
