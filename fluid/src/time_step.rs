@@ -129,6 +129,11 @@ impl<const D: usize> Fluid<D> {
         Ok(report)
     }
 
+    /// Residuals of the last solve, one a particle, as the equations have them; where a solve failed, this shows it.
+    pub fn solve_residual(&self) -> &[f64] {
+        self.scratch.solver.residual()
+    }
+
     fn find_neighbours(&mut self, accepted: &State<D>, structure: &InterfaceInput<'_, D>) {
         let bodies = Bodies {
             wall_positions: &self.walls.positions,

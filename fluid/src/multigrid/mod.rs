@@ -47,8 +47,10 @@ impl Options {
     /// For systems whose operator is the matrix itself.
     pub const SAME_OPERATOR: Self = Self { short_wave_gain: 0.0 };
 
-    /// For the wide operator `D M⁻¹ Dᵀ + 0.1 L` preconditioned through the compact Laplacian `L` **and its reaction**, the
-    /// diagonal `|Σ_j V w_ij ∇W_ij|²/ρ` (that of the pressure force of a constant pressure), which the caller adds to `L`.
+    /// For the wide operator `D M⁻¹ Dᵀ + 0.1 L` preconditioned through the compact Laplacian `L` **and its reaction**, which the caller adds to
+    /// `L`: the diagonal `|Σ_j V w_ij ∇W_ij|²/ρ`, the square of the force of a constant pressure. That sum is over fluid and walls alike, so that it is
+    /// small wherever a particle is surrounded, beside a wall too; with `|own|²` instead, which is large along walls, a solve to 1e-3 took 13 iterations
+    /// instead of 7 (collapsing column of 50,000 particles).
     pub const WIDE_OPERATOR: Self = Self { short_wave_gain: 1.5 };
 }
 
