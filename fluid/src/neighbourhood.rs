@@ -42,7 +42,7 @@ impl<const D: usize> Pair<D> {
 pub struct Surroundings<const D: usize> {
     /// `Σ V_b W_ab`, the particle itself included (1).
     pub concentration: f64,
-    /// `Σ V_b (r_b − r_a) ⊗ ∇W_ab`, the inverse of `B` of Eq. (5), over everything; its trace is `∇·r`.
+    /// `Σ V_b ∇W_ab ⊗ (r_b − r_a)`, the inverse of `B` of Eq. (5), over everything; its trace is `∇·r`.
     pub moment: Matrix<D>,
     /// The part of `moment` that walls and structure give.
     pub boundary_moment: Matrix<D>,
@@ -232,7 +232,8 @@ impl KernelBetween {
     #[inline]
     fn add<const D: usize>(&self, sums: &mut Surroundings<D>, r: &Vector<D>, gradient: &Vector<D>) {
         sums.concentration += self.share;
-        sums.moment -= tensor::outer(r, gradient);
+        // In this order, so that B is exact although rounding leaves the gradient not quite parallel to r.
+        sums.moment -= tensor::outer(gradient, r);
         sums.crowding += gradient * self.crowding;
     }
 }
