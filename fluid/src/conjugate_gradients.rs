@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 /// Unknowns summed by one task, fixed so that rounding does not depend on the number of threads.
-const CHUNK: usize = 2048;
+const CHUNK: usize = 512;
 
 /// Vectors that a solve works with; kept between solves, they are allocated once.
 #[derive(Clone, Debug, Default)]

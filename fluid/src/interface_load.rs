@@ -20,14 +20,17 @@ pub enum Body {
 
 /// `R_s` (Pa/m): `V_s R_s` is the force on the fluid from particle s by the formula that moved the fluid,
 /// `−V V_s [(1 − φ) 2 p_a + φ (p_s − p_a) B_a] ∇W_as` summed over the fluid, with `p_s − p_a = ρ g·(r_s − r_a)` and the share φ of Eq. (18).
+/// `positions` are those of fluid and structure (m).
 pub fn pair_reactions<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     corrections: &[(Matrix<D>, f64)],
     share: &[f64],
     properties: &FluidProperties<D>,
+    positions: (&[Vector<D>], &[Vector<D>]),
     p: &[f64],
     out: &mut Vec<Vector<D>>,
 ) {
+    let (fluid, structure) = positions;
     let list = &neighbourhood.fluid_of_structure;
     out.clear();
     out.extend((0..list.len()).map(|s| {
@@ -37,27 +40,12 @@ pub fn pair_reactions<const D: usize>(
             let a = a as usize;
             symmetric += g * (p[a] * (1.0 - share[a]));
             if share[a] > 0.0 {
-                let jump = properties.density * gravity_height(properties, neighbourhood, a, s);
+                let jump = properties.density * properties.gravity.dot(&(structure[s] - fluid[a]));
                 corrected += corrections[a].0 * g * (share[a] * jump);
             }
         }
         symmetric * 2.0 + corrected
     }));
-}
-
-/// `g·(r_s − r_a)`; the offset is recovered from the pair's stored gradient only where Eq. (18) is used next to the structure (paper's scheme).
-fn gravity_height<const D: usize>(
-    properties: &FluidProperties<D>,
-    neighbourhood: &Neighbourhood<D>,
-    a: usize,
-    s: usize,
-) -> f64 {
-    let offset = neighbourhood.structure_offsets[neighbourhood.structure.range(a)]
-        .iter()
-        .zip(neighbourhood.structure.of(a))
-        .find(|(_, index)| **index as usize == s)
-        .map_or(Vector::zeros(), |(offset, _)| *offset);
-    properties.gravity.dot(&offset)
 }
 
 /// Pressures (Pa) beside the interface particles, `Σ W p/Σ W` over the fluid, zero where it is dry.

@@ -7,12 +7,34 @@ use sph::neighbours::{CellGrid, NeighbourList};
 use sph::{Matrix, Vector, tensor};
 
 /// A pair of particles, seen from the first.
+///
+/// Stored in single precision, because the solves read little else and memory is what they wait for. Nothing is lost by it: `V_b ∇W_ab`
+/// and `V_a ∇W_ba` are rounded alike, so the two stay exact opposites, and every sum over neighbours is made of the rounded values, in
+/// double precision: divergence and gradient stay exact transposes and corrected gradients exact for linear fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair<const D: usize> {
+    gradient: [f32; D],
+    stiffness: f32,
+}
+
+impl<const D: usize> Pair<D> {
+    /// A pair of gradient `V_b ∇W_ab` (1/m) and stiffness `−2 V_b W'/|r_ab|` (1/m²), both rounded.
+    #[inline]
+    pub fn new(gradient: &Vector<D>, stiffness: f64) -> Self {
+        Self { gradient: std::array::from_fn(|i| gradient[i] as f32), stiffness: stiffness as f32 }
+    }
+
     /// `V_b ∇W_ab` (1/m).
-    pub gradient: Vector<D>,
+    #[inline]
+    pub fn gradient(&self) -> Vector<D> {
+        Vector::from_fn(|i, _| f64::from(self.gradient[i]))
+    }
+
     /// `−2 V_b W'/|r_ab|` (1/m²): the compact Laplacian's coefficient, `∇²f ≈ Σ stiffness (f_b − f_a)`.
-    pub stiffness: f64,
+    #[inline]
+    pub fn stiffness(&self) -> f64 {
+        f64::from(self.stiffness)
+    }
 }
 
 /// Kernel sums over everything around a fluid particle.
@@ -20,7 +42,7 @@ pub struct Pair<const D: usize> {
 pub struct Surroundings<const D: usize> {
     /// `Σ V_b W_ab`, the particle itself included (1).
     pub concentration: f64,
-    /// `Σ V_b (r_b − r_a) ⊗ ∇W_ab`, the inverse of `B` of Eq. (5), over everything; its trace is `∇·r`.
+    /// `Σ V_b ∇W_ab ⊗ (r_b − r_a)`, the inverse of `B` of Eq. (5), over everything; its trace is `∇·r`.
     pub moment: Matrix<D>,
     /// The part of `moment` that walls and structure give.
     pub boundary_moment: Matrix<D>,
@@ -34,7 +56,7 @@ pub struct Surroundings<const D: usize> {
 
 impl<const D: usize> Default for Pair<D> {
     fn default() -> Self {
-        Self { gradient: Vector::zeros(), stiffness: 0.0 }
+        Self { gradient: [0.0; D], stiffness: 0.0 }
     }
 }
 
@@ -66,8 +88,6 @@ pub struct Neighbourhood<const D: usize> {
     pub structure: NeighbourList,
     /// `V_s ∇W_as` (1/m).
     pub structure_gradients: Vec<Vector<D>>,
-    /// `r_s − r_a` (m) of the same pairs.
-    pub structure_offsets: Vec<Vector<D>>,
     /// Fluid around structure: rows are interface particles.
     pub fluid_of_structure: NeighbourList,
     /// `V ∇W_sa` (1/m).
@@ -119,9 +139,11 @@ impl<const D: usize> Neighbourhood<D> {
             *sums = Surroundings { concentration: volume * kernel.value(0.0), ..Surroundings::default() };
             for (pair, &b) in pairs.iter_mut().zip(self.fluid.of(a)) {
                 let r = positions[a] - positions[b as usize];
-                let (gradient, distance) = weight.add(sums, &r, volume);
+                let kernel = weight.at(&r, volume);
+                *pair = Pair::new(&(r * kernel.slope_over_distance), -2.0 * kernel.slope_over_distance);
+                let gradient = pair.gradient();
+                kernel.add(sums, &r, &gradient);
                 sums.fluid_gradient += gradient;
-                *pair = Pair { gradient, stiffness: 2.0 * gradient.norm() / distance };
             }
         });
         let mut boundary =
@@ -130,7 +152,9 @@ impl<const D: usize> Neighbourhood<D> {
                     let before = sums.moment;
                     for (stored, &b) in gradients.iter_mut().zip(list.of(a)) {
                         let r = positions[a] - points[b as usize];
-                        let (gradient, _) = weight.add(sums, &r, volumes[b as usize]);
+                        let kernel = weight.at(&r, volumes[b as usize]);
+                        let gradient = r * kernel.slope_over_distance;
+                        kernel.add(sums, &r, &gradient);
                         sums.boundary_gradient += gradient;
                         *stored = gradient;
                     }
@@ -146,11 +170,6 @@ impl<const D: usize> Neighbourhood<D> {
             bodies.structure_positions,
             bodies.structure_volumes,
         );
-        self.structure_offsets.clear();
-        for (a, at) in positions.iter().enumerate() {
-            self.structure_offsets
-                .extend(self.structure.of(a).iter().map(|&s| bodies.structure_positions[s as usize] - at));
-        }
         let mut nothing = vec![(); bodies.structure_positions.len()];
         for_each_row(
             &self.fluid_of_structure,
@@ -182,18 +201,39 @@ struct Weight<'a, const D: usize> {
     crowded: f64,
 }
 
+/// The kernel between two particles.
+struct KernelBetween {
+    /// `V_b W_ab`.
+    share: f64,
+    /// `V_b W'/|r_ab|` (1/m²).
+    slope_over_distance: f64,
+    /// `1 + 0.2 (W/W(Δx))⁴`.
+    crowding: f64,
+}
+
 impl<const D: usize> Weight<'_, D> {
-    /// Adds the pair at `r = r_a − r_b` to the sums that all kinds of neighbours share; gives `V_b ∇W_ab` and the distance.
+    /// The kernel at `r = r_a − r_b`.
     #[inline]
-    fn add(&self, sums: &mut Surroundings<D>, r: &Vector<D>, volume: f64) -> (Vector<D>, f64) {
+    fn at(&self, r: &Vector<D>, volume: f64) -> KernelBetween {
         let distance = r.norm();
-        let value = self.kernel.value(distance);
-        let gradient = r * (volume * self.kernel.slope(distance) / distance);
-        sums.concentration += volume * value;
-        sums.moment -= tensor::outer(r, &gradient);
+        let (value, slope) = self.kernel.value_and_slope(distance);
         let ratio = value * self.crowded;
         let squared = ratio * ratio;
-        sums.crowding += gradient * (1.0 + 0.2 * squared * squared);
-        (gradient, distance)
+        KernelBetween {
+            share: volume * value,
+            slope_over_distance: volume * slope / distance,
+            crowding: 1.0 + 0.2 * squared * squared,
+        }
+    }
+}
+
+impl KernelBetween {
+    /// Adds the pair at `r = r_a − r_b` to the sums that all kinds of neighbours share; `gradient` is `V_b ∇W_ab`.
+    #[inline]
+    fn add<const D: usize>(&self, sums: &mut Surroundings<D>, r: &Vector<D>, gradient: &Vector<D>) {
+        sums.concentration += self.share;
+        // In this order, so that B is exact although rounding leaves the gradient not quite parallel to r.
+        sums.moment -= tensor::outer(gradient, r);
+        sums.crowding += gradient * self.crowding;
     }
 }

@@ -85,6 +85,18 @@ pub struct Options {
     pub preconditioner: Preconditioner,
     /// Relative residual of the pressure solve. The default 1e-3 leaves energy, density and centroid of tank and dam break as 1e-5 does
     /// (tank, K: 0.01723 and 0.01724 J; dam, energy at 1.5 s: 0.9726 and 0.9727) in 8 iterations instead of 14.
+    ///
+    /// A column of 9,000 particles that has splashed, 0.1 s (183 steps) further: relative residual, iterations, divergence left by the solve times the step, change of
+    /// total energy, mean density error.
+    ///
+    /// | tolerance | iterations | rms of `Δt D u` left | energy | density |
+    /// |---|---|---|---|---|
+    /// | 1e-2 | 7.2 | 1.0e-6 | −0.089 % | 3.4e-5 |
+    /// | 1e-3 | 9.9 | 1.1e-7 | −0.089 % | 3.4e-5 |
+    /// | 1e-4 | 12.5 | 1.1e-8 | −0.089 % | 3.4e-5 |
+    /// | 1e-6 | 17.5 | 1.1e-10 | −0.089 % | 3.4e-5 |
+    ///
+    /// Even 1e-2 leaves per step a thirtieth of the density error that the position projection keeps; 1e-3 is ten times below that.
     pub pressure_tolerance: f64,
     /// Relative residual of the position projection.
     pub position_tolerance: f64,

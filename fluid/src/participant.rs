@@ -6,7 +6,7 @@ mod ledger;
 mod setup;
 mod snapshot;
 
-use crate::{Fluid, InterfaceInput, InterfaceParticles, State};
+use crate::{Error, Fluid, InterfaceInput, InterfaceParticles, State};
 use interfaces::case::Case;
 use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
 use interfaces::port::names;
@@ -121,6 +121,18 @@ impl<const D: usize> FluidParticipant<D> {
         read(inputs.get(names::HELD_PRESSURE_GRADIENT), &mut self.held);
     }
 
+    /// A failed step as the participant's failure; of a failed solve the state is left in the run's folder, and the message says where.
+    fn explain(&self, error: &Error, time: f64) -> ParticipantError {
+        if !matches!(error, Error::Solve { .. }) {
+            return failed(error);
+        }
+        let residual = self.fluid.solve_residual();
+        match snapshot::write_failed_solve(&self.out, time, &self.accepted, &self.trial, residual) {
+            Ok(path) => failed(format!("{error}; the state and the residual are in {}", path.display())),
+            Err(second) => failed(format!("{error}; and the state could not be written: {second}")),
+        }
+    }
+
     fn window_limit(&self, state: &State<D>) -> f64 {
         self.fluid.stable_step(state, &self.velocities).min(self.made.max_time_step)
     }
@@ -206,10 +218,8 @@ impl<const D: usize> Participant for FluidParticipant<D> {
             velocities: &self.velocities,
             held_pressure_gradients: &self.held,
         };
-        let step = self
-            .fluid
-            .step(&self.accepted, window.start, window.size, &structure, &mut self.trial)
-            .map_err(failed)?;
+        let step = self.fluid.step(&self.accepted, window.start, window.size, &structure, &mut self.trial);
+        let step = step.map_err(|error| self.explain(&error, window.start))?;
         self.trial_ledger = self.accepted_ledger.after(&step, &self.trial);
         self.end_of_trial = window.end();
         self.report = Some(WindowReport {
@@ -287,5 +297,32 @@ fn describe<const D: usize>(probes: &[Probe]) -> Description {
             port(names::NORMAL, Quantity::Normal, Direction::Out),
         ],
         scalars,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A solve that may not iterate fails: the error names a file, and the file is there.
+    #[test]
+    fn a_failed_solve_leaves_its_state_in_the_folder_of_the_run() {
+        let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/hydrostatic_tank");
+        let case = Case::load(&case, &[]).expect("the case is sound");
+        let out = std::env::temp_dir().join(format!("failed-solve-{}", std::process::id()));
+        let mut participant = FluidParticipant::<2>::new(&case, &out).expect("the fluid can be made");
+        participant.made.options.iteration_limit = 0;
+        participant.fluid =
+            build(&participant.made, InterfaceParticles::default()).expect("the fluid can be made");
+        let size = participant.window_limit(&participant.accepted);
+        let error = participant
+            .fluid
+            .step(&participant.accepted, 0.0, size, &InterfaceInput::NONE, &mut participant.trial)
+            .expect_err("no iteration is allowed");
+        let message = participant.explain(&error, 0.0).to_string();
+        let file = out.join("failed_solve").join("failed_solve_000000.vtu");
+        assert!(message.contains(&file.display().to_string()), "{message}");
+        assert!(std::fs::read(&file).is_ok_and(|bytes| bytes.len() > 1000), "{}", file.display());
+        std::fs::remove_dir_all(&out).expect("the folder is this test's own");
     }
 }

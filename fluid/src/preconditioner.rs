@@ -9,16 +9,14 @@ use rayon::prelude::*;
 #[derive(Debug, Default)]
 pub struct PressurePreconditioner {
     inverse_diagonal: Vec<f64>,
-    offsets: Vec<u32>,
-    columns: Vec<u32>,
-    values: Vec<f64>,
     multigrid: Option<Multigrid>,
     by_multigrid: bool,
 }
 
 impl PressurePreconditioner {
     /// Sets up for `operator`, whose diagonal is `diagonal`. The multigrid's matrix is the compact Laplacian between unknown pressures, with
-    /// the operator's extra diagonal and, for the wide operator, its reaction `|own|²` (see [`multigrid::Options::WIDE_OPERATOR`]), all times ρ.
+    /// the operator's extra diagonal and, for the wide operator, its reaction, the square of the force of a
+    /// constant pressure (see [`multigrid::Options::WIDE_OPERATOR`]), all times ρ.
     pub fn prepare<const D: usize>(
         &mut self,
         kind: Preconditioner,
@@ -31,30 +29,6 @@ impl PressurePreconditioner {
             self.inverse_diagonal.extend(diagonal.iter().map(|d| if *d > 0.0 { 1.0 / d } else { 0.0 }));
             return;
         }
-        let (list, free) = (&operator.neighbourhood.fluid, operator.free);
-        self.offsets.clear();
-        self.columns.clear();
-        self.values.clear();
-        self.offsets.push(0);
-        for a in 0..list.len() {
-            if free[a] {
-                let reaction = operator.wide_share * operator.own[a].norm_squared();
-                let mut total = operator.extra_diagonal[a] / operator.inverse_density + reaction;
-                for (&b, pair) in list.of(a).iter().zip(&operator.neighbourhood.fluid_pairs[list.range(a)]) {
-                    total += pair.stiffness;
-                    if free[b as usize] {
-                        self.columns.push(b);
-                        self.values.push(-pair.stiffness);
-                    }
-                }
-                self.columns.push(a as u32);
-                self.values.push(total);
-            } else {
-                self.columns.push(a as u32);
-                self.values.push(1.0);
-            }
-            self.offsets.push(self.columns.len() as u32);
-        }
         let wide = operator.wide_share > 0.0;
         let multigrid = self.multigrid.get_or_insert_with(|| {
             Multigrid::new(if wide {
@@ -63,7 +37,23 @@ impl PressurePreconditioner {
                 multigrid::Options::SAME_OPERATOR
             })
         });
-        multigrid.rebuild(&self.offsets, &self.columns, &self.values);
+        let (list, free) = (&operator.neighbourhood.fluid, operator.free);
+        multigrid.rebuild_rows(list.offsets(), |a, row| {
+            if !free[a] {
+                return 1.0;
+            }
+            let sums = &operator.neighbourhood.surroundings[a];
+            let one_sided = (sums.fluid_gradient + sums.boundary_gradient) * 2.0;
+            let reaction = operator.wide_share * one_sided.norm_squared();
+            let mut total = operator.extra_diagonal[a] / operator.inverse_density + reaction;
+            for (&b, pair) in list.of(a).iter().zip(&operator.neighbourhood.fluid_pairs[list.range(a)]) {
+                total += pair.stiffness();
+                if free[b as usize] {
+                    row.push(b, -pair.stiffness());
+                }
+            }
+            total
+        });
     }
 
     /// `z ≈ A⁻¹ r` up to a factor.

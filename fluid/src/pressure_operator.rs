@@ -48,8 +48,11 @@ pub struct OperatorScratch<const D: usize> {
 
 /// `Σ_b V ∇W_ab + 2 (walls and structure)` of every particle.
 pub fn own_gradients<const D: usize>(neighbourhood: &Neighbourhood<D>, out: &mut Vec<Vector<D>>) {
-    out.clear();
-    out.extend(neighbourhood.surroundings.iter().map(|s| s.fluid_gradient + s.boundary_gradient * 2.0));
+    let sums = &neighbourhood.surroundings;
+    out.resize(sums.len(), Vector::zeros());
+    out.par_iter_mut().with_min_len(1024).zip(sums).for_each(|(own, s)| {
+        *own = s.fluid_gradient + s.boundary_gradient * 2.0;
+    });
 }
 
 /// The fluid's acceleration by pressure in one row: `−(1/ρ) (p_a own_a + Σ_b p_b V∇W_ab)`.
@@ -64,7 +67,7 @@ fn row_acceleration<const D: usize>(
 ) -> Vector<D> {
     let mut sum = own * p_a;
     for (&b, pair) in neighbours.iter().zip(pairs) {
-        sum += pair.gradient * p[b as usize];
+        sum += pair.gradient() * p[b as usize];
     }
     sum * -inverse_density
 }
@@ -129,7 +132,7 @@ fn row_divergence<const D: usize>(
     let pairs = &neighbourhood.fluid_pairs[list.range(a)];
     let mut sum = -own[a].dot(&velocities[a]);
     for (&b, pair) in list.of(a).iter().zip(pairs) {
-        sum += pair.gradient.dot(&velocities[b as usize]);
+        sum += pair.gradient().dot(&velocities[b as usize]);
     }
     if !structure_velocities.is_empty() {
         let list = &neighbourhood.structure;
@@ -154,8 +157,8 @@ impl<const D: usize> PressureOperator<'_, D> {
                 let (mut gradient, mut laplacian) = (self.own[a] * p_a, 0.0);
                 for (&b, pair) in list.of(a).iter().zip(pairs) {
                     let p_b = p[b as usize];
-                    gradient += pair.gradient * p_b;
-                    laplacian += pair.stiffness * (p_a - p_b);
+                    gradient += pair.gradient() * p_b;
+                    laplacian += pair.stiffness() * (p_a - p_b);
                 }
                 *acceleration = gradient * -self.inverse_density;
                 *out = if self.free[a] { compact * laplacian + self.extra_diagonal[a] * p_a } else { 0.0 };
@@ -186,8 +189,8 @@ impl<const D: usize> PressureOperator<'_, D> {
         out.par_iter_mut().with_min_len(ROWS).enumerate().for_each(|(a, out)| {
             let (mut wide, mut compact) = (self.own[a].norm_squared(), 0.0);
             for pair in &neighbourhood.fluid_pairs[neighbourhood.fluid.range(a)] {
-                wide += pair.gradient.norm_squared();
-                compact += pair.stiffness;
+                wide += pair.gradient().norm_squared();
+                compact += pair.stiffness();
             }
             *out = self.inverse_density * (self.wide_share * wide + self.laplacian_share * compact);
         });

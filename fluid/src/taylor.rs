@@ -22,8 +22,8 @@ pub fn correct_fields<const D: usize>(
             let (mut gradient_u, mut gradient_p) = (Matrix::<D>::zeros(), Vector::<D>::zeros());
             for (&b, pair) in list.of(a).iter().zip(&neighbourhood.fluid_pairs[list.range(a)]) {
                 let b = b as usize;
-                gradient_u += tensor::outer(&(velocities[b] - velocities[a]), &pair.gradient);
-                gradient_p += pair.gradient * (pressures[b] - pressures[a]);
+                gradient_u += tensor::outer(&(velocities[b] - velocities[a]), &pair.gradient());
+                gradient_p += pair.gradient() * (pressures[b] - pressures[a]);
             }
             let step = corrections[a].0.transpose() * shifts[a];
             (gradient_u * step, gradient_p.dot(&step))

@@ -33,7 +33,7 @@ pub fn corrected_accelerations<const D: usize>(
     out.par_iter_mut().with_min_len(128).enumerate().for_each(|(a, acceleration)| {
         let mut gradient = Vector::zeros();
         for (&b, pair) in list.of(a).iter().zip(&neighbourhood.fluid_pairs[list.range(a)]) {
-            gradient += pair.gradient * (p[b as usize] - p[a]);
+            gradient += pair.gradient() * (p[b as usize] - p[a]);
         }
         // (1/ρ) Σ V (p_w − p_a) ∇W with p_w − p_a = ρ g·(r_w − r_a).
         let hydrostatic = neighbourhood.surroundings[a].boundary_moment * gravity;

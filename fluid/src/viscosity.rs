@@ -31,7 +31,7 @@ pub fn velocity_gradients<const D: usize>(input: &ViscousInput<'_, D>, out: &mut
     out.par_iter_mut().with_min_len(128).enumerate().for_each(|(a, gradient)| {
         let mut sum = Matrix::zeros();
         for (&b, pair) in list.of(a).iter().zip(&input.neighbourhood.fluid_pairs[list.range(a)]) {
-            sum += tensor::outer(&(input.velocities[b as usize] - input.velocities[a]), &pair.gradient);
+            sum += tensor::outer(&(input.velocities[b as usize] - input.velocities[a]), &pair.gradient());
         }
         *gradient = sum * input.corrections[a].0.transpose();
     });
@@ -66,9 +66,10 @@ pub fn accelerations<const D: usize>(
     scratch.viscosities.clear();
     scratch.viscosities.resize(count, input.kinematic_viscosity);
     if options.smagorinsky > 0.0 {
-        for (nu, gradient) in scratch.viscosities.iter_mut().zip(&scratch.gradients) {
+        let both = scratch.viscosities.par_iter_mut().zip(&scratch.gradients).with_min_len(512);
+        both.for_each(|(nu, gradient)| {
             *nu += eddy_viscosity(gradient, options.smagorinsky, input.smoothing_length);
-        }
+        });
     }
     let list = &input.neighbourhood.fluid;
     let viscosities = &scratch.viscosities;
@@ -84,7 +85,7 @@ pub fn accelerations<const D: usize>(
             if input.approach_viscosity > 0.0 && u.dot(&(input.positions[b] - input.positions[a])) < 0.0 {
                 nu += input.approach_viscosity;
             }
-            sum += u * (nu * pair.stiffness);
+            sum += u * (nu * pair.stiffness());
         }
         if fitted {
             sum += fitted_laplacian(input, viscosities, &scratch.gradients[a], a);
@@ -112,11 +113,11 @@ fn fitted_laplacian<const D: usize>(
             .zip(pairs)
             .map(|(&b, pair)| (b as usize, input.positions[a] - input.positions[b as usize], pair))
     };
-    let gradients = around().map(|(_, r, pair)| (r, pair.gradient));
+    let gradients = around().map(|(_, r, pair)| (r, pair.gradient()));
     let Some(b_hat) = second_derivative_correction(&gradients, &input.corrections[a].0) else {
         let simple = around().map(|(b, _, pair)| {
             (input.velocities[b] - input.velocities[a])
-                * (0.5 * (viscosities[a] + viscosities[b]) * pair.stiffness)
+                * (0.5 * (viscosities[a] + viscosities[b]) * pair.stiffness())
         });
         return simple.fold(Vector::zeros(), |sum, term| sum + term);
     };
@@ -125,7 +126,7 @@ fn fitted_laplacian<const D: usize>(
         let distance = r.norm();
         let e = r / distance;
         let nu = 0.5 * (viscosities[a] + viscosities[b]);
-        let weight = 2.0 * nu * e.dot(&(b_hat * pair.gradient));
+        let weight = 2.0 * nu * e.dot(&(b_hat * pair.gradient()));
         let jump = (input.velocities[a] - input.velocities[b]) / distance - gradient * e;
         sum += jump * weight;
     }

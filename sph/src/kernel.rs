@@ -63,6 +63,19 @@ impl<const D: usize> CubicSpline<D> {
         }
     }
 
+    /// [`value`](Self::value) and [`slope`](Self::slope) at once and without branches, from the form
+    /// `W = σ/hᴰ · (¼ (2 − q)₊³ − (1 − q)₊³)` of the same polynomials.
+    #[inline]
+    pub fn value_and_slope(&self, distance: f64) -> (f64, f64) {
+        let q = distance / self.smoothing_length;
+        let (outer, inner) = ((2.0 - q).max(0.0), (1.0 - q).max(0.0));
+        let (outer_squared, inner_squared) = (outer * outer, inner * inner);
+        (
+            self.value_scale * (0.25 * outer * outer_squared - inner * inner_squared),
+            self.slope_scale * (3.0 * inner_squared - 0.75 * outer_squared),
+        )
+    }
+
     /// `∇W_ab = dW/dr · r_ab/|r_ab|` with respect to `r_a`, where `offset = r_ab = r_a − r_b`; zero for coincident points.
     #[inline]
     pub fn gradient(&self, offset: &Vector<D>) -> Vector<D> {
@@ -99,6 +112,19 @@ mod tests {
         assert!((k.value(3.0) - 0.25 * 0.125 * scale).abs() < 1e-15);
         assert_eq!((k.value(4.0), k.slope(4.0), k.slope(0.0)), (0.0, 0.0, 0.0));
         assert!((k.slope(2.0) - -0.75 * scale / 2.0).abs() < 1e-15);
+    }
+
+    /// Both forms are sums of a few terms of magnitude one or less: they differ by some roundings.
+    #[test]
+    fn value_and_slope_at_once_are_the_same() {
+        let k = CubicSpline::<2>::new(1.3);
+        let (value_scale, slope_scale) = (k.value(0.0), -k.slope(1.3));
+        for i in 0..40 {
+            let r = 0.07 * f64::from(i);
+            let (value, slope) = k.value_and_slope(r);
+            assert!((value - k.value(r)).abs() < 1e-14 * value_scale, "value at {r}");
+            assert!((slope - k.slope(r)).abs() < 1e-14 * slope_scale, "slope at {r}");
+        }
     }
 
     #[test]

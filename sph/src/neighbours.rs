@@ -9,7 +9,12 @@ use rayon::prelude::*;
 pub struct NeighbourList {
     offsets: Vec<u32>,
     indices: Vec<u32>,
+    /// What was found for [`ROWS`] query points at a time, before it is known where in `indices` it goes.
+    found: Vec<Vec<u32>>,
 }
+
+/// Query points that one task works through.
+const ROWS: usize = 512;
 
 impl NeighbourList {
     /// Neighbours of point `i`.
@@ -57,36 +62,46 @@ impl NeighbourList {
         grid: &CellGrid<D>,
         points: &[Vector<D>],
     ) {
-        let counts: Vec<u32> = queries
-            .par_iter()
-            .with_min_len(256)
-            .map(|q| {
-                let mut count = 0;
-                grid.for_each_near(q, points, |_| count += 1);
-                count
-            })
-            .collect();
-        self.offsets.clear();
-        self.offsets.push(0);
-        let mut total = 0u32;
-        for count in counts {
-            total += count;
-            self.offsets.push(total);
-        }
-        self.indices.resize(total as usize, 0);
-        let mut rows: Vec<&mut [u32]> = Vec::with_capacity(queries.len());
-        let mut rest = self.indices.as_mut_slice();
-        for i in 0..queries.len() {
-            let (row, tail) = rest.split_at_mut((self.offsets[i + 1] - self.offsets[i]) as usize);
-            rows.push(row);
+        // Candidates are read one after the other here, not one from here and one from there as `members` has them.
+        let binned: Vec<Vector<D>> =
+            grid.members.par_iter().with_min_len(1024).map(|&j| points[j as usize]).collect();
+        let radius_squared = grid.radius * grid.radius;
+        self.offsets.resize(queries.len() + 1, 0);
+        self.offsets[0] = 0;
+        let chunks = queries.len().div_ceil(ROWS);
+        self.found.resize_with(chunks.max(self.found.len()), Vec::new);
+        let rows = self.offsets[1..].par_chunks_mut(ROWS).zip(queries.par_chunks(ROWS));
+        self.found.par_iter_mut().zip(rows).for_each(|(found, (ends, queries))| {
+            found.clear();
+            for (end, query) in ends.iter_mut().zip(queries) {
+                grid.for_each_run(query, |run| {
+                    // Written always and kept when near: no branch that would be taken half the time.
+                    let start = found.len();
+                    found.resize(start + run.len(), 0);
+                    let (kept, mut count) = (&mut found[start..], 0);
+                    for (point, &j) in binned[run.clone()].iter().zip(&grid.members[run]) {
+                        let distance_squared = (query - point).norm_squared();
+                        kept[count] = j;
+                        count += usize::from((distance_squared < radius_squared) & (distance_squared > 0.0));
+                    }
+                    found.truncate(start + count);
+                });
+                *end = found.len() as u32;
+            }
+        });
+        let found = &self.found[..chunks];
+        self.indices.resize(found.iter().map(Vec::len).sum(), 0);
+        let (mut first, mut rest) = (0u32, self.indices.as_mut_slice());
+        let mut tasks = Vec::with_capacity(chunks);
+        for (found, ends) in found.iter().zip(self.offsets[1..].chunks_mut(ROWS)) {
+            let (own, tail) = rest.split_at_mut(found.len());
+            tasks.push((first, found, ends, own));
             rest = tail;
+            first += found.len() as u32;
         }
-        rows.par_iter_mut().with_min_len(256).zip(queries).for_each(|(row, q)| {
-            let mut next = 0;
-            grid.for_each_near(q, points, |j| {
-                row[next] = j;
-                next += 1;
-            });
+        tasks.into_par_iter().for_each(|(first, found, ends, own)| {
+            ends.iter_mut().for_each(|end| *end += first);
+            own.copy_from_slice(found);
         });
     }
 }
@@ -118,9 +133,9 @@ impl<const D: usize> CellGrid<D> {
         let mut grid = Self { radius, origin: low, counts, starts: Vec::new(), members: Vec::new() };
         let cells: usize = counts.iter().product();
         let mut starts = vec![0u32; cells + 1];
-        let bins: Vec<usize> = points.iter().map(|p| grid.bin(p)).collect();
+        let bins: Vec<u32> = points.par_iter().with_min_len(1024).map(|p| grid.bin(p) as u32).collect();
         for &bin in &bins {
-            starts[bin + 1] += 1;
+            starts[bin as usize + 1] += 1;
         }
         for c in 0..cells {
             starts[c + 1] += starts[c];
@@ -128,8 +143,8 @@ impl<const D: usize> CellGrid<D> {
         let mut next = starts.clone();
         let mut members = vec![0u32; points.len()];
         for (i, &bin) in bins.iter().enumerate() {
-            members[next[bin] as usize] = i as u32;
-            next[bin] += 1;
+            members[next[bin as usize] as usize] = i as u32;
+            next[bin as usize] += 1;
         }
         (grid.starts, grid.members) = (starts, members);
         grid
@@ -148,6 +163,20 @@ impl<const D: usize> CellGrid<D> {
     /// `points` are the points the grid was made of.
     #[inline]
     pub fn for_each_near(&self, query: &Vector<D>, points: &[Vector<D>], mut visit: impl FnMut(u32)) {
+        let radius_squared = self.radius * self.radius;
+        self.for_each_run(query, |run| {
+            for &j in &self.members[run] {
+                let distance_squared = (query - points[j as usize]).norm_squared();
+                if distance_squared < radius_squared && distance_squared > 0.0 {
+                    visit(j);
+                }
+            }
+        });
+    }
+
+    /// Calls `visit` with the runs of members in the cells around `query`. Cells of a run along the first axis are neighbours in memory.
+    #[inline]
+    fn for_each_run(&self, query: &Vector<D>, mut visit: impl FnMut(std::ops::Range<usize>)) {
         let mut low = [0usize; D];
         let mut high = [0usize; D];
         for i in 0..D {
@@ -159,22 +188,13 @@ impl<const D: usize> CellGrid<D> {
             low[i] = (k - 1).max(0) as usize;
             high[i] = (k + 1).min(last) as usize;
         }
-        let radius_squared = self.radius * self.radius;
         let mut cell = low;
         loop {
-            // Cells of a run along the first axis are neighbours in memory: one run, one slice.
             let mut first = 0;
             for i in (1..D).rev() {
                 first = (first + cell[i]) * self.counts[i - 1];
             }
-            let from = self.starts[first + low[0]] as usize;
-            let to = self.starts[first + high[0] + 1] as usize;
-            for &j in &self.members[from..to] {
-                let distance_squared = (query - points[j as usize]).norm_squared();
-                if distance_squared < radius_squared && distance_squared > 0.0 {
-                    visit(j);
-                }
-            }
+            visit(self.starts[first + low[0]] as usize..self.starts[first + high[0] + 1] as usize);
             let mut axis = 1;
             loop {
                 if axis == D {

@@ -1,6 +1,10 @@
 //! Groups of strongly coupled unknowns, each of which becomes one unknown of the next level.
 
-use super::matrix::{RowChunk, SymmetricRows};
+use super::matrix::{Entry, RowChunk, SymmetricRows};
+use rayon::prelude::*;
+
+/// Rows that one task works through at least.
+const ROWS: usize = 512;
 
 /// A coupling is strong from this fraction of the strongest one in its row on: with the cubic spline at h = 1.2 Δx that takes
 /// the 8 nearest of a square lattice's 20 neighbours and the 26 nearest of a cubic one's, so aggregates are about 3 particles wide.
@@ -17,6 +21,8 @@ pub(super) struct Aggregates {
     /// Members of aggregate `c` are `members[starts[c]..starts[c + 1]]`, ascending.
     starts: Vec<u32>,
     members: Vec<u32>,
+    /// [`of`](Self::of) while it is made.
+    joined: Vec<u32>,
 }
 
 impl Aggregates {
@@ -50,21 +56,19 @@ impl Aggregates {
         self.of.clear();
         self.of.resize(matrix.len(), NONE);
         let founded = self.found(matrix);
-        self.join(matrix, founded);
+        self.join(matrix);
         self.list_members(founded);
     }
 
     fn found(&mut self, matrix: &SymmetricRows) -> u32 {
         let mut count = 0;
         for i in 0..matrix.len() {
-            let (columns, couplings) = matrix.row(i);
-            if self.of[i] != NONE || columns.is_empty() {
+            let row = matrix.row(i);
+            if self.of[i] != NONE || row.is_empty() {
                 continue;
             }
-            let bound = STRONG * couplings.iter().fold(0.0f32, |m, a| m.max(a.abs()));
-            let strong = || {
-                columns.iter().zip(couplings).filter(|&(_, &a)| a.abs() >= bound).map(|(&j, _)| j as usize)
-            };
+            let bound = STRONG * matrix.rows[i].strongest;
+            let strong = || row.iter().filter(|e| e.coupling.abs() >= bound).map(|e| e.column as usize);
             if strong().any(|j| self.of[j] != NONE) {
                 continue;
             }
@@ -77,28 +81,24 @@ impl Aggregates {
         count
     }
 
-    fn join(&mut self, matrix: &SymmetricRows, founded: u32) {
-        // Joining is towards founded aggregates only, those of the first sweep, so that aggregates do not grow into chains.
-        for i in 0..matrix.len() {
-            if self.of[i] != NONE {
-                continue;
+    /// Joining is towards founded aggregates only, those of the first sweep, so that aggregates do not grow into chains.
+    fn join(&mut self, matrix: &SymmetricRows) {
+        let founded = &self.of;
+        self.joined.resize(founded.len(), NONE);
+        self.joined.par_iter_mut().with_min_len(ROWS).enumerate().for_each(|(i, joined)| {
+            *joined = founded[i];
+            if *joined != NONE {
+                return;
             }
-            let (columns, couplings) = matrix.row(i);
-            let (mut strongest, mut best) = (-1.0f32, NONE);
-            for (&j, &a) in columns.iter().zip(couplings) {
-                let candidate = self.of[j as usize];
-                if candidate < founded && a.abs() > strongest {
-                    (strongest, best) = (a.abs(), candidate);
+            let mut strongest = -1.0f32;
+            for &Entry { column, coupling } in matrix.row(i) {
+                let candidate = founded[column as usize];
+                if candidate != NONE && coupling.abs() > strongest {
+                    (strongest, *joined) = (coupling.abs(), candidate);
                 }
             }
-            // Marked beyond the founded ones until the sweep is over.
-            self.of[i] = if best == NONE { NONE } else { best + founded };
-        }
-        for of in &mut self.of {
-            if *of != NONE && *of >= founded {
-                *of -= founded;
-            }
-        }
+        });
+        std::mem::swap(&mut self.of, &mut self.joined);
     }
 
     fn list_members(&mut self, count: u32) {
@@ -126,14 +126,13 @@ impl Aggregates {
             let mut diagonal = 0.0;
             for &i in self.members(c) {
                 let i = i as usize;
-                diagonal += fine.diagonal[i];
-                let (columns, couplings) = fine.row(i);
-                for (&j, &a) in columns.iter().zip(couplings) {
-                    let other = self.of[j as usize];
+                diagonal += fine.rows[i].diagonal;
+                for &Entry { column, coupling } in fine.row(i) {
+                    let other = self.of[column as usize];
                     if other as usize == c {
-                        diagonal += f64::from(a);
+                        diagonal += f64::from(coupling);
                     } else if other != NONE {
-                        row.add(other, f64::from(a), position);
+                        row.add(other, f64::from(coupling), position);
                     }
                 }
             }

@@ -1,6 +1,6 @@
 //! The direct solve on the coarsest level.
 
-use super::matrix::SymmetricRows;
+use super::matrix::{Entry, SymmetricRows};
 
 /// A pivot below this fraction of its diagonal is rounding: sums of a few thousand terms leave about 1e-13.
 const VANISHING: f64 = 1e-13;
@@ -21,11 +21,10 @@ impl Cholesky {
         self.factor.clear();
         self.factor.resize(n * n, 0.0);
         for i in 0..n {
-            let (columns, couplings) = matrix.row(i);
-            for (&j, &a) in columns.iter().zip(couplings) {
-                self.factor[i * n + j as usize] = f64::from(a);
+            for &Entry { column, coupling } in matrix.row(i) {
+                self.factor[i * n + column as usize] = f64::from(coupling);
             }
-            self.factor[i * n + i] = matrix.diagonal[i];
+            self.factor[i * n + i] = matrix.rows[i].diagonal;
         }
         for i in 0..n {
             let (above, rest) = self.factor.split_at_mut(i * n);

@@ -5,7 +5,7 @@ use crate::{State, Walls};
 use interfaces::ParticipantError;
 use output::{ParticleFrame, PointArray, Series, Values};
 use sph::Vector;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The series `fluid`.
 pub struct Snapshots {
@@ -51,6 +51,38 @@ impl Snapshots {
         self.series.write(&frame).map_err(failed)?;
         Ok(())
     }
+}
+
+/// Writes what a failed solve stood on as the series `failed_solve` in the folder `out`, and gives the file: positions, velocities and pressures
+/// of `accepted`, the unknowns where the solve `stopped`, and its residual. Arrays are shortened or filled with zeros where a length disagrees.
+pub fn write_failed_solve<const D: usize>(
+    out: &Path,
+    time: f64,
+    accepted: &State<D>,
+    stopped: &State<D>,
+    residual: &[f64],
+) -> Result<PathBuf, ParticipantError> {
+    let as_long = |values: &[f64]| {
+        let mut values = values.to_vec();
+        values.resize(accepted.len(), 0.0);
+        values
+    };
+    let (positions, velocities) = (flat(&accepted.positions), flat(&accepted.velocities));
+    let classes: Vec<u8> = accepted.classes.iter().map(|c| *c as u8).collect();
+    let ids: Vec<i32> = accepted.ids.iter().map(|&i| i as i32).collect();
+    let (pressures, potentials) = (as_long(&stopped.pressures), as_long(&stopped.position_potentials));
+    let residual = as_long(residual);
+    let arrays = [
+        PointArray::vector("velocity", D, &velocities),
+        PointArray::scalar("pressure", &accepted.pressures),
+        PointArray::scalar("pressure_where_stopped", &pressures),
+        PointArray::scalar("position_potential_where_stopped", &potentials),
+        PointArray::scalar("residual", &residual),
+        PointArray::class("surface_class", &classes),
+        PointArray { name: "id", components: 1, values: Values::I32(&ids) },
+    ];
+    let frame = ParticleFrame { time, dimension: D, positions: &positions, arrays: &arrays };
+    Series::create(out, "failed_solve").and_then(|mut series| series.write(&frame)).map_err(failed)
 }
 
 fn flat<const D: usize>(vectors: &[Vector<D>]) -> Vec<f64> {

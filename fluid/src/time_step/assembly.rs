@@ -1,0 +1,92 @@
+//! Neighbours, surface, and the operator of the pressure Poisson equation.
+
+use super::{ROWS, Scratch};
+use crate::interface::InterfaceInput;
+use crate::neighbourhood::{Bodies, Neighbourhood};
+use crate::options::{Options, Scheme};
+use crate::pressure_operator::{self, PressureOperator};
+use crate::solver::{Fluid, FluidProperties};
+use crate::state::State;
+use crate::surface::Surface;
+use rayon::prelude::*;
+use sph::Vector;
+
+/// What the operator is made of besides neighbours and surface, one entry a particle.
+#[derive(Default)]
+pub(super) struct Terms<const D: usize> {
+    /// `Σ V ∇W` with the weight 2 on walls and structure (1/m).
+    pub own: Vec<Vector<D>>,
+    /// What regularisation and Eq. (16) add to the operator's diagonal (m³/kg/m²).
+    pub extra_diagonal: Vec<f64>,
+}
+
+/// The operator of both solves; without `compliance` the structure is a wall.
+pub(super) fn operator<'a, const D: usize>(
+    (properties, options): (&FluidProperties<D>, &Options),
+    compliance: &'a [f64],
+    neighbourhood: &'a Neighbourhood<D>,
+    surface: &'a Surface<D>,
+    terms: &'a Terms<D>,
+) -> PressureOperator<'a, D> {
+    PressureOperator {
+        neighbourhood,
+        own: &terms.own,
+        inverse_density: 1.0 / properties.density,
+        compliance,
+        laplacian_share: options.laplacian_share,
+        wide_share: if options.scheme == Scheme::Paper { 0.0 } else { 1.0 },
+        extra_diagonal: &terms.extra_diagonal,
+        free: &surface.free,
+    }
+}
+
+impl<const D: usize> Fluid<D> {
+    pub(super) fn find_neighbours(&mut self, accepted: &State<D>, structure: &InterfaceInput<'_, D>) {
+        let bodies = Bodies {
+            wall_positions: &self.walls.positions,
+            wall_volumes: &self.walls.volumes,
+            wall_grid: &self.walls.grid,
+            structure_positions: structure.positions,
+            structure_volumes: &self.interface.volumes,
+        };
+        let Scratch { neighbourhood, corrections, surface, structure_surface, .. } = &mut self.scratch;
+        let (spacing, volume) = (self.properties.spacing, self.properties.particle_volume);
+        neighbourhood.update(&self.kernel, spacing, volume, &accepted.positions, &bodies);
+        neighbourhood.corrections(0.25, corrections);
+        let h = self.kernel.smoothing_length();
+        surface.detect(neighbourhood, corrections, &accepted.positions, self.options.surface_thresholds, h);
+        structure_surface.normals(
+            &self.kernel,
+            structure.positions,
+            &self.interface.volumes,
+            &mut self.output.normals,
+        );
+    }
+
+    /// Makes the diagonal of Eq. (16) divided by α, and the regularisation.
+    pub(super) fn assemble(&mut self) {
+        let s = &mut self.scratch;
+        pressure_operator::own_gradients(&s.neighbourhood, &mut s.terms.own);
+        let unit = 1.0 / (self.properties.density * self.properties.spacing.powi(2));
+        s.terms.extra_diagonal.clear();
+        s.terms.extra_diagonal.resize(s.terms.own.len(), 0.0);
+        operator((&self.properties, &self.options), &self.compliance, &s.neighbourhood, &s.surface, &s.terms)
+            .diagonal(&mut s.diagonal);
+        let both = s.terms.extra_diagonal.par_iter_mut().zip(&mut s.diagonal).with_min_len(ROWS);
+        both.enumerate().for_each(|(a, (extra, diagonal))| {
+            let pocket = if s.surface.in_pocket[a] { self.options.pocket_regularisation } else { 0.0 };
+            let kappa = (self.options.regularisation + pocket) * unit;
+            let alpha = s.surface.alpha[a].max(crate::surface::KNOWN);
+            *extra = kappa + *diagonal * (1.0 / alpha - 1.0);
+            *diagonal += *extra;
+        });
+        let a = operator(
+            (&self.properties, &self.options),
+            &self.compliance,
+            &s.neighbourhood,
+            &s.surface,
+            &s.terms,
+        );
+        s.preconditioner.prepare(self.options.preconditioner, &a, &s.diagonal);
+    }
+}

@@ -1,0 +1,147 @@
+//! The two solves of a step: displacements that mend the density, and the pressure.
+
+use super::ROWS;
+use super::assembly::operator;
+use crate::accounting::StepReport;
+use crate::conjugate_gradients::{self, Limits, Outcome};
+use crate::error::Error;
+use crate::position_projection;
+use crate::preconditioner::PressurePreconditioner;
+use crate::pressure_operator::{self, OperatorScratch, PressureOperator};
+use crate::solver::Fluid;
+use crate::state::State;
+use crate::surface_offset;
+use rayon::prelude::*;
+use sph::{Vector, parallel};
+
+impl<const D: usize> Fluid<D> {
+    pub(super) fn project_positions(
+        &mut self,
+        time: f64,
+        trial: &mut State<D>,
+        report: &mut StepReport<D>,
+    ) -> Result<(), Error> {
+        let s = &mut self.scratch;
+        s.position_shifts.clear();
+        if !self.options.position_projection {
+            s.position_shifts.resize(s.terms.own.len(), Vector::zeros());
+            return Ok(());
+        }
+        position_projection::density_errors(
+            &s.neighbourhood,
+            &s.surface,
+            self.lattice_concentration,
+            &mut s.right,
+        );
+        let a = operator((&self.properties, &self.options), &[], &s.neighbourhood, &s.surface, &s.terms);
+        let q = &mut trial.position_potentials;
+        let limits =
+            Limits { tolerance: self.options.position_tolerance, iterations: self.options.iteration_limit };
+        let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
+        report.position_solve = solve(&a, &s.right, q, limits, memory);
+        require(&report.position_solve, "position correction", time, limits)?;
+        let limit = 0.1 * self.properties.spacing;
+        let inverse_density = 1.0 / self.properties.density;
+        pressure_operator::fluid_accelerations(
+            &s.neighbourhood,
+            &s.terms.own,
+            inverse_density,
+            q,
+            &mut s.position_shifts,
+        );
+        position_projection::limit(&mut s.position_shifts, limit);
+        Ok(())
+    }
+
+    /// `(A + …) p = −D u*/Δt` with the surface's pressure known, Eqs. (14)–(17).
+    pub(super) fn solve_pressure(
+        &mut self,
+        accepted: &State<D>,
+        time: f64,
+        dt: f64,
+        trial: &mut State<D>,
+        report: &mut StepReport<D>,
+    ) -> Result<(), Error> {
+        let s = &mut self.scratch;
+        let a = operator(
+            (&self.properties, &self.options),
+            &self.compliance,
+            &s.neighbourhood,
+            &s.surface,
+            &s.terms,
+        );
+        pressure_operator::divergence(
+            &s.neighbourhood,
+            &s.terms.own,
+            &s.predicted,
+            &s.wall_rate,
+            &s.predicted_structure,
+            &mut s.right,
+        );
+        s.right.par_iter_mut().with_min_len(ROWS).for_each(|b| *b *= -1.0 / dt);
+        s.known.clear();
+        s.known.resize(accepted.len(), 0.0);
+        if self.options.surface_offset {
+            surface_offset::known_pressures(
+                &self.properties,
+                &s.surface,
+                &s.neighbourhood,
+                accepted,
+                &mut s.known,
+            );
+            s.known_image.resize(accepted.len(), 0.0);
+            a.apply(&s.known, &mut s.known_image, &mut s.operator);
+            s.right.iter_mut().zip(&s.known_image).for_each(|(b, known)| *b -= known);
+        }
+        clear_known(&mut s.right, &s.surface.free);
+        let p = &mut trial.pressures;
+        let limits =
+            Limits { tolerance: self.options.pressure_tolerance, iterations: self.options.iteration_limit };
+        let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
+        report.pressure_solve = solve(&a, &s.right, p, limits, memory);
+        require(&report.pressure_solve, "pressure", time, limits)?;
+        // An inexact solution can overshoot in energy; the multiple of it that is orthogonal to its residual cannot.
+        let pb = parallel::sum(p.len(), |i| p[i] * s.right[i]);
+        let pr = parallel::sum(p.len(), |i| p[i] * s.solver.residual()[i]);
+        let scale = if pb > 0.0 && pb - pr > 0.0 { pb / (pb - pr) } else { 1.0 };
+        let both = p.par_iter_mut().zip(&s.known).with_min_len(ROWS);
+        both.for_each(|(p, known)| *p = *p * scale + known);
+        Ok(())
+    }
+}
+
+/// Solves `a x = right` for the unknown entries of `x` from where they stand; known ones become zero.
+fn solve<const D: usize>(
+    a: &PressureOperator<'_, D>,
+    right: &[f64],
+    x: &mut [f64],
+    limits: Limits,
+    memory: (&mut PressurePreconditioner, &mut OperatorScratch<D>, &mut conjugate_gradients::Scratch),
+) -> Outcome {
+    let (preconditioner, operator, solver) = memory;
+    clear_known(x, a.free);
+    conjugate_gradients::solve(
+        |p, out| a.apply(p, out, operator),
+        |r, z| preconditioner.apply(r, z),
+        right,
+        x,
+        limits,
+        solver,
+    )
+}
+
+fn clear_known(values: &mut [f64], free: &[bool]) {
+    for (value, free) in values.iter_mut().zip(free) {
+        if !free {
+            *value = 0.0;
+        }
+    }
+}
+
+fn require(solve: &Outcome, unknown: &'static str, time: f64, limits: Limits) -> Result<(), Error> {
+    if solve.converged {
+        return Ok(());
+    }
+    let Outcome { iterations, residual, .. } = *solve;
+    Err(Error::Solve { unknown, time, residual, iterations, tolerance: limits.tolerance })
+}
