@@ -157,7 +157,7 @@ pub fn boundary_friction<const D: usize>(
             let list = &neighbourhood.walls;
             for (&w, g) in list.of(a).iter().zip(&neighbourhood.wall_gradients[list.range(a)]) {
                 let part = walls.part_of[w as usize] as usize;
-                pull(a, &walls.positions[w as usize], &walls.parts[part].velocity, g, Body::Wall(part));
+                pull(a, &walls.positions[w as usize], &walls.velocities[w as usize], g, Body::Wall(part));
             }
         }
         if options.no_slip_structure {

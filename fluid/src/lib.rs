@@ -16,6 +16,7 @@
 //! | load on the structure, reaction, wall forces | (46), (48) | [`interface_load`], [`interface`] |
 //! | motion, shifting, Taylor correction | (19)–(32) | [`shifting`], [`taylor`], [`contact`] |
 //! | energy, momentum, volume | – | [`accounting`] |
+//! | periodic sides | – | [`period`] |
 //!
 //! [`solver`] holds what a fluid is made of and its stable step, walls come from [`walls`], choices from [`Options`], values at points from [`probes`]. A [`State`] holds all that the next step depends on,
 //! the solver's starting values included: [`Fluid::step`] takes an accepted state and makes a trial state, as often as
@@ -83,6 +84,7 @@ pub mod multigrid;
 pub mod neighbourhood;
 pub mod options;
 pub mod participant;
+pub mod period;
 pub mod position_projection;
 pub mod preconditioner;
 pub mod pressure_operator;
@@ -97,6 +99,7 @@ pub mod taylor;
 pub mod time_step;
 pub mod velocity_correction;
 pub mod viscosity;
+pub mod wall_motion;
 pub mod walls;
 
 pub use accounting::StepReport;
@@ -107,4 +110,5 @@ pub use options::{Load, Options, Preconditioner, Scheme, ShiftingLaw, StructureV
 pub use probes::{Probe, ProbeValue};
 pub use solver::{Fluid, FluidProperties};
 pub use state::{State, SurfaceClass};
+pub use wall_motion::{Law, Motion};
 pub use walls::{Side, SurfacePoint, WallPart, WallShape, Walls};

@@ -54,8 +54,8 @@ pub(crate) struct Scratch<const D: usize> {
 }
 
 impl<const D: usize> Fluid<D> {
-    /// Advances `accepted` by `dt` (s) into `trial`, memory of `trial` used again. `time` (s) is for messages only. Nothing but
-    /// `accepted`, `dt` and `structure` decides the result: calling twice gives the same bits.
+    /// Advances `accepted` by `dt` (s) into `trial`, memory of `trial` used again. `time` (s) says where walls that move are. Nothing but
+    /// `accepted`, `time`, `dt` and `structure` decides the result: calling twice gives the same bits.
     ///
     /// # Errors
     /// [`Error::NotFinite`], [`Error::InterfaceLength`] for what came in or out, [`Error::Solve`] when a pressure solve failed.
@@ -69,6 +69,7 @@ impl<const D: usize> Fluid<D> {
     ) -> Result<StepReport<D>, Error> {
         structure.check(self.interface.volumes.len(), time)?;
         trial.copy_from(accepted);
+        self.walls.move_to(time, dt);
         let mut report = StepReport { dt, ..StepReport::default() };
 
         self.find_neighbours(accepted, structure); //                      (1), (5), (17), (25), (26)
@@ -124,7 +125,12 @@ impl<const D: usize> Fluid<D> {
         )
         .diagonal(&mut s.diagonal);
         for a in 0..s.own.len() {
-            let pocket = if s.surface.in_pocket[a] { self.options.pocket_regularisation } else { 0.0 };
+            // Without any surface the mean of the pressure is taken out instead.
+            let pocket = if s.surface.in_pocket[a] && !s.surface.is_closed() {
+                self.options.pocket_regularisation
+            } else {
+                0.0
+            };
             let kappa = (self.options.regularisation + pocket) * unit;
             let alpha = s.surface.alpha[a].max(crate::surface::KNOWN);
             s.extra_diagonal[a] = kappa + s.diagonal[a] * (1.0 / alpha - 1.0);
@@ -171,9 +177,18 @@ impl<const D: usize> Fluid<D> {
         );
         let q = &mut trial.position_potentials;
         clear_known(q, &s.surface.free);
+        let closed = s.surface.is_closed();
+        remove_mean_if(closed, q);
+        remove_mean_if(closed, &mut s.right);
         report.position_solve = conjugate_gradients::solve(
-            |p, out| a.apply(p, out, &mut s.operator),
-            |r, z| s.preconditioner.apply(r, z),
+            |p, out| {
+                a.apply(p, out, &mut s.operator);
+                remove_mean_if(closed, out);
+            },
+            |r, z| {
+                s.preconditioner.apply(r, z);
+                remove_mean_if(closed, z);
+            },
             &s.right,
             q,
             Limits { tolerance: self.options.position_tolerance, iterations: self.options.iteration_limit },
@@ -254,10 +269,10 @@ impl<const D: usize> Fluid<D> {
         }
         let (walls, list) = (&self.walls, &s.neighbourhood.walls);
         s.wall_rate.clear();
-        if walls.parts.iter().any(|part| part.velocity != Vector::<D>::zeros()) {
+        if walls.velocities.iter().any(|u| *u != Vector::<D>::zeros()) {
             s.wall_rate.extend((0..accepted.len()).map(|a| {
                 let gradients = &s.neighbourhood.wall_gradients[list.range(a)];
-                let speed = |w: u32| walls.parts[walls.part_of[w as usize] as usize].velocity;
+                let speed = |w: u32| walls.velocities[w as usize];
                 list.of(a).iter().zip(gradients).map(|(&w, g)| 2.0 * g.dot(&speed(w))).sum::<f64>()
             }));
         }
@@ -309,9 +324,18 @@ impl<const D: usize> Fluid<D> {
         let p = &mut trial.pressures;
         clear_known(p, &s.surface.free);
         let tolerance = self.options.pressure_tolerance;
+        let closed = s.surface.is_closed();
+        remove_mean_if(closed, p);
+        remove_mean_if(closed, &mut s.right);
         report.pressure_solve = conjugate_gradients::solve(
-            |p, out| a.apply(p, out, &mut s.operator),
-            |r, z| s.preconditioner.apply(r, z),
+            |p, out| {
+                a.apply(p, out, &mut s.operator);
+                remove_mean_if(closed, out);
+            },
+            |r, z| {
+                s.preconditioner.apply(r, z);
+                remove_mean_if(closed, z);
+            },
             &s.right,
             p,
             Limits { tolerance, iterations: self.options.iteration_limit },
@@ -379,6 +403,11 @@ impl<const D: usize> Fluid<D> {
                 s.confidence.resize(p.len(), 1.0);
             } else {
                 velocity_correction::confidence(&s.neighbourhood, &s.corrections, &mut s.confidence);
+                velocity_correction::none_beside_moving_walls(
+                    &s.neighbourhood,
+                    &self.walls,
+                    &mut s.confidence,
+                );
             }
             for ((d, a), phi) in s.difference.iter_mut().zip(&s.accelerations).zip(&s.confidence) {
                 *d = (*d - a) * (phi * dt);
@@ -388,10 +417,17 @@ impl<const D: usize> Fluid<D> {
                     0.5 * (s.predicted[a].norm_squared() - velocities[a].norm_squared())
                 }) + report.structure_work
                     + report.wall_work;
+            let kinetic = 0.5 * mass * parallel::sum(p.len(), |a| velocities[a].norm_squared());
+            let scale = mass * p.len() as f64 * self.reference_velocity.powi(2);
+            let strictness = velocity_correction::strictness(trial.energy_excess, kinetic, scale);
+            let fall = self.properties.gravity * (0.5 * dt * strictness);
+            let lifted = mass * parallel::sum(p.len(), |a| fall.dot(&(velocities[a] - s.predicted[a])));
+            let returned = report.viscous_work + velocity_correction::RETURNED * trial.energy_excess;
+            let budget = taken + lifted - strictness * returned;
             report.gradient_share = if paper {
                 1.0
             } else {
-                velocity_correction::admissible_share(mass, velocities, &s.difference, taken)
+                velocity_correction::admissible_share(mass, velocities, &s.difference, &fall, budget)
             };
             let theta = report.gradient_share;
             for (u, d) in velocities.iter_mut().zip(&s.difference) {
@@ -512,13 +548,14 @@ impl<const D: usize> Fluid<D> {
                         &at,
                         u,
                         &mut displacement,
-                        |part, change| {
+                        |part, change, boundary| {
                             s.wall_forces[part] -= change * (mass / dt);
+                            report.contact_structure_work += mass * change.dot(&boundary);
                         },
                     );
                     let to = at + displacement;
-                    lost |= self.walls.parts.iter().any(|w| {
-                        let d = w.shape.surface_point(&to).distance;
+                    lost |= (0..self.walls.parts.len()).any(|part| {
+                        let d = self.walls.surface_point(part, &to, true).distance;
                         d < -0.5 * spacing && d > -3.0 * h
                     });
                 }
@@ -527,6 +564,7 @@ impl<const D: usize> Fluid<D> {
             let carried = (accepted.velocities[a] + trial.velocities[a]) * (0.5 * dt);
             report.displacement_work -= mass * self.properties.gravity.dot(&(displacement - carried));
             let to = at + displacement;
+            let to = s.neighbourhood.period.wrap(to);
             trial.positions[a] = to;
             let (low, high) = &self.properties.domain;
             let left = (0..D).any(|i| to[i] < low[i] || to[i] > high[i]);
@@ -556,7 +594,10 @@ impl<const D: usize> Fluid<D> {
         }
         let s = &self.scratch;
         let mass = self.properties.density * self.properties.particle_volume;
-        accounting::balance(&self.properties, mass, accepted, trial, report);
+        accounting::balance(&self.properties, &s.neighbourhood.period, mass, accepted, trial, report);
+        let own =
+            report.energy_change - report.structure_work - report.wall_work - report.contact_structure_work;
+        trial.energy_excess = (trial.energy_excess + own).max(0.0);
         report.structure_impulse = self
             .output
             .pair_reactions
@@ -604,6 +645,15 @@ fn clear_known(values: &mut [f64], free: &[bool]) {
         if !free {
             *value = 0.0;
         }
+    }
+}
+
+/// Where no pressure is known, in a closed or periodic domain, it is known but for a constant: its mean is zero then, and so is that of the
+/// equations, whose sum the operator cannot change but by the disorder of the particles.
+fn remove_mean_if(closed: bool, values: &mut [f64]) {
+    if closed {
+        let mean = parallel::sum(values.len(), |i| values[i]) / values.len() as f64;
+        values.iter_mut().for_each(|v| *v -= mean);
     }
 }
 

@@ -5,23 +5,26 @@ use crate::{State, Walls};
 use interfaces::ParticipantError;
 use output::{ParticleFrame, PointArray, Series, Values};
 use sph::Vector;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The series `fluid`.
 pub struct Snapshots {
     series: Series,
+    out: PathBuf,
+    /// Begun with the first walls that are written.
+    walls: Option<Series>,
 }
 
 impl Snapshots {
     /// Starts the series in the folder `out`.
     pub fn create(out: &Path) -> Result<Self, ParticipantError> {
-        Ok(Self { series: Series::create(out, "fluid").map_err(failed)? })
+        let series = Series::create(out, "fluid").map_err(failed)?;
+        Ok(Self { series, out: out.to_owned(), walls: None })
     }
 
-    /// Writes the series `walls` of one snapshot, at `time` (s): the walls' particles, which stay where they are.
+    /// Writes the walls' particles at `time` (s), at which they are.
     pub fn write_walls<const D: usize>(
-        &self,
-        out: &Path,
+        &mut self,
         time: f64,
         walls: &Walls<D>,
     ) -> Result<(), ParticipantError> {
@@ -32,7 +35,11 @@ impl Snapshots {
         let parts: Vec<i32> = walls.part_of.iter().map(|&part| part as i32).collect();
         let arrays = [PointArray { name: "part", components: 1, values: Values::I32(&parts) }];
         let frame = ParticleFrame { time, dimension: D, positions: &positions, arrays: &arrays };
-        Series::create(out, "walls").and_then(|mut series| series.write(&frame)).map_err(failed)?;
+        let series = match &mut self.walls {
+            Some(series) => series,
+            begun => begun.insert(Series::create(&self.out, "walls").map_err(failed)?),
+        };
+        series.write(&frame).map_err(failed)?;
         Ok(())
     }
 

@@ -15,6 +15,7 @@ mod errors;
 pub mod geometry;
 mod nearest;
 pub mod numerics;
+pub mod region;
 mod resolve;
 pub mod resolved;
 mod schema;
