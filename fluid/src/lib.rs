@@ -16,7 +16,7 @@
 //! | load on the structure, reaction, wall forces | (46), (48) | [`interface_load`], [`interface`] |
 //! | motion, shifting, Taylor correction | (19)–(32) | [`shifting`], [`taylor`], [`contact`] |
 //! | energy, momentum, volume | – | [`accounting`] |
-//! | periodic sides | – | [`period`] |
+//! | periodic sides; walls that move | – | [`period`], [`wall_motion`] |
 //!
 //! [`solver`] holds what a fluid is made of and its stable step, walls come from [`walls`], choices from [`Options`], values at points from [`probes`]. A [`State`] holds all that the next step depends on,
 //! the solver's starting values included: [`Fluid::step`] takes an accepted state and makes a trial state, as often as

@@ -58,6 +58,8 @@ pub struct Walls<const D: usize> {
     pub velocities: Vec<Vector<D>>,
     /// Particle volumes (m³).
     pub volumes: Vec<f64>,
+    /// Depth of each particle under its part's surface (m).
+    pub depths: Vec<f64>,
     /// Part of each particle.
     pub part_of: Vec<u32>,
     /// Particles binned.
@@ -130,8 +132,11 @@ impl<const D: usize> Walls<D> {
         }
         let grid = CellGrid::new(&positions, support);
         let velocities = part_of.iter().map(|&part: &u32| parts[part as usize].velocity).collect();
+        let depth = |(w, part): (&Vector<D>, &u32)| -parts[*part as usize].shape.surface_point(w).distance;
+        let depths = positions.iter().zip(&part_of).map(depth).collect();
         let (rest, poses) = (positions.clone(), vec![None; parts.len()]);
-        let mut walls = Self { parts, positions, velocities, volumes, part_of, grid, rest, poses, dt: 1.0 };
+        let mut walls =
+            Self { parts, positions, velocities, volumes, depths, part_of, grid, rest, poses, dt: 1.0 };
         walls.move_to(0.0, 1.0);
         Ok(walls)
     }

@@ -114,7 +114,7 @@ fn shipped_cases_load_and_what_is_resolved_reads_back() {
 fn the_gate_is_as_the_benchmark_has_it() {
     let case = Case::load(&shipped("elastic_gate").join("case.toml"), &[]).unwrap();
     let (fluid, structure) = (case.fluid.unwrap(), case.structure.unwrap());
-    assert_eq!(fluid.regions[0].bounds.lattice_counts(fluid.particle_spacing), [80, 112]);
+    assert_eq!(fluid.regions[0].shape.bounds().lattice_counts(fluid.particle_spacing), [80, 112]);
     assert_eq!(structure.bodies[0].bounds.lattice_counts(structure.particle_spacing), [4, 63]);
     assert_eq!(structure.bodies[0].bounds.particle_count(structure.particle_spacing), 4 * 63);
     // √(9.81 · 0.14)
@@ -132,7 +132,7 @@ fn defaults_are_filled_in() {
     let (fluid, structure, coupling) =
         (case.fluid.unwrap(), case.structure.unwrap(), case.coupling.expect("there are both sides"));
     assert_eq!(fluid.particle_spacing, 0.01);
-    assert_eq!(fluid.regions[0].velocity, [0.0, 0.0]);
+    assert_eq!(fluid.regions[0].velocity, resolved::FluidVelocity::Uniform(vec![0.0, 0.0]));
     assert!(matches!(fluid.walls[0].shape, WallShape::Polyline { .. }));
     assert!(matches!(fluid.walls[1].shape, WallShape::Box { .. }));
     assert_eq!(fluid.numerics, numerics::FluidNumerics::of(numerics::FluidScheme::EnergyConsistent));
@@ -314,7 +314,7 @@ fn overrides_reach_every_key() {
     assert_eq!(case.general.title, "One day on the moon");
     let fluid = case.fluid.unwrap();
     assert!(fluid.walls.iter().all(|wall| wall.slip == resolved::Slip::NoSlip));
-    assert_eq!(fluid.regions[0].bounds.high, [1.0, 0.4]);
+    assert_eq!(fluid.regions[0].shape.bounds().high, [1.0, 0.4]);
     assert_eq!(fluid.numerics.courant, 0.1);
     assert_eq!(case.coupling.unwrap().sub_steps, SubSteps::Stable);
 }
