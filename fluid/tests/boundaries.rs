@@ -186,8 +186,8 @@ fn flow_between_plates_is_poiseuille_s_parabola() {
             .map(|(r, u)| (u.x - exact(r.y)).powi(2) + u.y.powi(2))
             .sum();
         let rms = (square / run.state.len() as f64).sqrt() / top_speed;
-        println!("rms {rms}");
-        assert!(rms < 0.05, "{viscosity}: {rms}");
+        // Measured 0.018 with 20 particles between the plates; 0.080 with wall particles at the wall's own velocity.
+        assert!(rms < 0.03, "{viscosity}: {rms}");
     }
 }
 
