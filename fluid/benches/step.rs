@@ -16,7 +16,7 @@ use sph::neighbours::CellGrid;
 
 fn wall(name: &str, low: [f64; 2], high: [f64; 2]) -> WallPart<2> {
     let shape = WallShape::Box { low: low.into(), high: high.into() };
-    WallPart { name: name.into(), shape, velocity: Vector::zeros() }
+    WallPart { name: name.into(), shape, velocity: Vector::zeros(), motion: None }
 }
 
 /// A column 1 × 2 in a tank 4 wide after 20 steps, and its solver.
@@ -37,6 +37,7 @@ fn collapsing(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
         spacing: dx,
         particle_volume: lattice.cell_volume(),
         domain: ([-1.0, -1.0].into(), [5.0, 10.0].into()),
+        periodic: [false; 2],
     };
     let mut state = State::new(lattice.positions, vec![Vector::zeros(); count]);
     let walls = Walls::new(parts, dx, 2.4 * dx).expect("boxes are boxes");

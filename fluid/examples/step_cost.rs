@@ -15,7 +15,7 @@ use std::time::Instant;
 
 fn wall(name: &str, low: [f64; 2], high: [f64; 2]) -> WallPart<2> {
     let shape = WallShape::Box { low: low.into(), high: high.into() };
-    WallPart { name: name.into(), shape, velocity: Vector::zeros() }
+    WallPart { name: name.into(), shape, velocity: Vector::zeros(), motion: None }
 }
 
 fn column(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
@@ -35,6 +35,7 @@ fn column(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
         spacing: dx,
         particle_volume: lattice.cell_volume(),
         domain: ([-1.0, -1.0].into(), [5.0, 10.0].into()),
+        periodic: [false; 2],
     };
     let state = State::new(lattice.positions, vec![Vector::zeros(); count]);
     let walls = Walls::new(parts, dx, 2.4 * dx).expect("boxes are boxes");

@@ -2,6 +2,7 @@
 
 use crate::conjugate_gradients::Outcome;
 use crate::neighbourhood::Neighbourhood;
+use crate::period::Period;
 use crate::solver::FluidProperties;
 use crate::state::State;
 use crate::surface::Surface;
@@ -33,7 +34,7 @@ pub struct StepReport<const D: usize> {
     pub viscous_work: f64,
     /// Change of kinetic energy by contact with walls and structure.
     pub contact_work: f64,
-    /// Part of it that a moving structure gave.
+    /// Part of it that a moving structure or wall gave.
     pub contact_structure_work: f64,
     /// Potential energy by displacements that are not the velocity's: position projection, shifting, and what contact kept back.
     pub displacement_work: f64,
@@ -134,6 +135,7 @@ pub fn lattice_concentration<const D: usize>(kernel: &CubicSpline<D>, spacing: f
 /// Energies and momenta at the end, and what is left of their changes.
 pub fn balance<const D: usize>(
     properties: &FluidProperties<D>,
+    period: &Period<D>,
     mass: f64,
     before: &State<D>,
     after: &State<D>,
@@ -146,8 +148,10 @@ pub fn balance<const D: usize>(
         |s: &State<D>| s.velocities.iter().fold(Vector::zeros(), |sum: Vector<D>, u| sum + u * mass);
     report.kinetic_energy = kinetic(after);
     report.potential_energy = potential(after);
-    report.energy_change =
-        report.kinetic_energy + report.potential_energy - kinetic(before) - potential(before);
+    // By displacements: a particle that went through a periodic side has not lost its height.
+    let displacement = |a: usize| period.nearest(after.positions[a] - before.positions[a]);
+    let fallen = parallel::sum(before.len(), |a| properties.gravity.dot(&displacement(a)));
+    report.energy_change = report.kinetic_energy - kinetic(before) - mass * fallen;
     report.projection_work = report.energy_change
         - report.structure_work
         - report.wall_work

@@ -39,7 +39,7 @@ impl Approach {
     }
 }
 
-/// Limits a particle's approach to all walls; `contact(part, change)` is told each change of velocity.
+/// Limits a particle's approach to all walls; `contact(part, change, boundary)` is told each change of velocity, and the wall's own.
 pub fn keep_off_walls<const D: usize>(
     approach: &Approach,
     walls: &Walls<D>,
@@ -47,14 +47,15 @@ pub fn keep_off_walls<const D: usize>(
     position: &Vector<D>,
     velocity: &mut Vector<D>,
     displacement: &mut Vector<D>,
-    mut contact: impl FnMut(usize, Vector<D>),
+    mut contact: impl FnMut(usize, Vector<D>, Vector<D>),
 ) {
-    for (index, part) in walls.parts.iter().enumerate() {
-        let surface = part.shape.surface_point(position);
+    for index in 0..walls.parts.len() {
+        let surface = walls.surface_point(index, position, false);
         if surface.distance.abs() < reach {
-            let change = approach.limit(&surface, &Vector::zeros(), velocity, displacement);
+            let boundary = walls.motion_at(index, position);
+            let change = approach.limit(&surface, &boundary, velocity, displacement);
             if change != Vector::<D>::zeros() {
-                contact(index, change);
+                contact(index, change, boundary);
             }
         }
     }

@@ -16,6 +16,7 @@
 //! | load on the structure, reaction, wall forces | (46), (48) | [`interface_load`], [`interface`] |
 //! | motion, shifting, Taylor correction | (19)–(32) | [`shifting`], [`taylor`], [`contact`] |
 //! | energy, momentum, volume | – | [`accounting`] |
+//! | periodic sides; walls that move | – | [`period`], [`wall_motion`] |
 //!
 //! [`solver`] holds what a fluid is made of and its stable step, walls come from [`walls`], choices from [`Options`], values at points from [`probes`]. A [`State`] holds all that the next step depends on,
 //! the solver's starting values included: [`Fluid::step`] takes an accepted state and makes a trial state, as often as
@@ -104,6 +105,7 @@ pub mod multigrid;
 pub mod neighbourhood;
 pub mod options;
 pub mod participant;
+pub mod period;
 pub mod position_projection;
 pub mod preconditioner;
 pub mod pressure_operator;
@@ -118,6 +120,7 @@ pub mod taylor;
 pub mod time_step;
 pub mod velocity_correction;
 pub mod viscosity;
+pub mod wall_motion;
 pub mod walls;
 
 pub use accounting::StepReport;
@@ -129,4 +132,5 @@ pub use probes::{Probe, ProbeValue};
 pub use solver::{Fluid, FluidProperties};
 pub use state::{State, SurfaceClass};
 pub use time_step::Stage;
+pub use wall_motion::{Law, Motion};
 pub use walls::{Side, SurfacePoint, WallPart, WallShape, Walls};

@@ -1,5 +1,6 @@
 //! Who surrounds whom, and the kernel sums that every stage stands on.
 
+use crate::period::Period;
 use crate::rows::for_each_row;
 use rayon::prelude::*;
 use sph::kernel::CubicSpline;
@@ -76,6 +77,8 @@ impl<const D: usize> Default for Surroundings<D> {
 /// Lists of neighbours with their kernel gradients; fluid rows unless it says otherwise.
 #[derive(Clone, Debug, Default)]
 pub struct Neighbourhood<const D: usize> {
+    /// Periodic sides, through which fluid meets fluid.
+    pub period: Period<D>,
     /// Fluid around fluid.
     pub fluid: NeighbourList,
     /// Its pairs.
@@ -94,6 +97,10 @@ pub struct Neighbourhood<const D: usize> {
     pub fluid_of_structure_gradients: Vec<Vector<D>>,
     /// Sums over all of these.
     pub surroundings: Vec<Surroundings<D>>,
+    /// Particles and their ghost images (m), where space repeats.
+    images: Vec<Vector<D>>,
+    /// The particle that each of them is.
+    owners: Vec<u32>,
 }
 
 /// Bodies that do not change their number or volume: walls, and the structure's particles where they stand now.
@@ -122,7 +129,16 @@ impl<const D: usize> Neighbourhood<D> {
         bodies: &Bodies<'_, D>,
     ) {
         let grid = CellGrid::new(positions, kernel.support());
-        self.fluid.rebuild(positions, &grid, positions);
+        let period = self.period;
+        if period.is_none() {
+            self.fluid.rebuild(positions, &grid, positions);
+        } else {
+            self.images.clear();
+            self.images.extend_from_slice(positions);
+            period.add_images(&mut self.images, kernel.support(), &mut self.owners);
+            self.fluid.rebuild(positions, &CellGrid::new(&self.images, kernel.support()), &self.images);
+            self.fluid.rename(&self.owners);
+        }
         self.walls.rebuild(positions, bodies.wall_grid, bodies.wall_positions);
         let structure_grid = CellGrid::new(bodies.structure_positions, kernel.support());
         self.structure.rebuild(positions, &structure_grid, bodies.structure_positions);
@@ -138,7 +154,7 @@ impl<const D: usize> Neighbourhood<D> {
         for_each_row(&self.fluid, &mut self.fluid_pairs, &mut self.surroundings, |a, pairs, sums| {
             *sums = Surroundings { concentration: volume * kernel.value(0.0), ..Surroundings::default() };
             for (pair, &b) in pairs.iter_mut().zip(self.fluid.of(a)) {
-                let r = positions[a] - positions[b as usize];
+                let r = period.nearest(positions[a] - positions[b as usize]);
                 let kernel = weight.at(&r, volume);
                 *pair = Pair::new(&(r * kernel.slope_over_distance), -2.0 * kernel.slope_over_distance);
                 let gradient = pair.gradient();

@@ -18,7 +18,7 @@ use ledger::Ledger;
 use setup::Made;
 use snapshot::Snapshots;
 use sph::Vector;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::time::Instant;
 
 /// The fluid of `case`, writing its snapshots to the folder `out`.
@@ -88,7 +88,6 @@ struct FluidParticipant<const D: usize> {
     end_of_trial: f64,
     report: Option<WindowReport>,
     snapshots: Snapshots,
-    out: PathBuf,
 }
 
 impl<const D: usize> FluidParticipant<D> {
@@ -109,7 +108,6 @@ impl<const D: usize> FluidParticipant<D> {
             end_of_trial: 0.0,
             report: None,
             snapshots: Snapshots::create(out)?,
-            out: out.to_owned(),
             fluid,
             made,
         })
@@ -127,7 +125,7 @@ impl<const D: usize> FluidParticipant<D> {
             return failed(error);
         }
         let residual = self.fluid.solve_residual();
-        match snapshot::write_failed_solve(&self.out, time, &self.accepted, &self.trial, residual) {
+        match self.snapshots.write_failed_solve(time, &self.accepted, &self.trial, residual) {
             Ok(path) => failed(format!("{error}; the state and the residual are in {}", path.display())),
             Err(second) => failed(format!("{error}; and the state could not be written: {second}")),
         }
@@ -142,14 +140,33 @@ impl<const D: usize> FluidParticipant<D> {
         if self.probes.is_empty() {
             return scalars;
         }
-        let probe = self.fluid.probe(state);
+        let at_points = |probe: &Probe| {
+            let point = matches!(probe.target, ProbeTarget::FluidPoint(_) | ProbeTarget::WallPoint { .. });
+            point && probe.quantity != ProbeQuantity::HydrostaticError
+        };
+        let at = self.probes.iter().any(at_points).then(|| self.fluid.probe(state));
         for Probe { target, quantity, .. } in &self.probes {
             match target {
-                ProbeTarget::FluidPoint(at) | ProbeTarget::WallPoint { at, .. } => {
-                    let value = probe.at(&Vector::from_column_slice(at));
+                ProbeTarget::FluidPoint(level) if *quantity == ProbeQuantity::HydrostaticError => {
+                    scalars.extend(self.fluid.hydrostatic_error(state, &Vector::from_column_slice(level)));
+                }
+                ProbeTarget::FluidPoint(point) | ProbeTarget::WallPoint { at: point, .. } => {
+                    let probe = at.as_ref().expect("there is a probe at a point");
+                    let value = probe.at(&Vector::from_column_slice(point));
                     match quantity {
                         ProbeQuantity::Velocity => scalars.extend(value.velocity.iter()),
                         _ => scalars.push(value.pressure),
+                    }
+                }
+                ProbeTarget::FluidBox(bounds) => {
+                    let corners = bounds.as_ref().map_or(self.fluid.properties().domain, setup::corners);
+                    let body = self.fluid.body_in(state, corners);
+                    match quantity {
+                        ProbeQuantity::Extent => {
+                            scalars.extend((0..D).flat_map(|i| [body.low[i], body.high[i]]));
+                        }
+                        ProbeQuantity::Centroid => scalars.extend(body.centroid.iter()),
+                        _ => scalars.extend(body.spread.iter()),
                     }
                 }
                 ProbeTarget::Wall(name) => {
@@ -204,7 +221,8 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         self.fluid = build(&self.made, interface)?;
         self.take_motion(inputs);
         self.accepted_ledger = Ledger::at_start(&self.fluid, &self.accepted);
-        self.snapshots.write_walls(&self.out, start, &self.made.walls)?;
+        self.made.walls.move_to(start, 1.0);
+        self.snapshots.write_walls(start, &self.made.walls)?;
         self.snapshots.write(start, &self.accepted)?;
         let scalars = self.scalars(&self.accepted, &self.accepted_ledger);
         Ok(Readiness { window_limit: self.window_limit(&self.accepted), scalars })
@@ -241,6 +259,10 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         self.accepted_ledger = self.trial_ledger.clone();
         if snapshot.is_some() {
             self.snapshots.write(self.end_of_trial, &self.accepted)?;
+            if self.made.walls.moves() {
+                self.made.walls.move_to(self.end_of_trial, 1.0);
+                self.snapshots.write_walls(self.end_of_trial, &self.made.walls)?;
+            }
         }
         Ok(())
     }

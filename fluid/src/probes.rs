@@ -2,7 +2,7 @@
 
 use crate::neighbourhood::Neighbourhood;
 use crate::solver::Fluid;
-use crate::state::State;
+use crate::state::{State, SurfaceClass};
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::{Matrix, Vector, tensor};
@@ -25,7 +25,67 @@ pub struct ProbeValue<const D: usize> {
     pub wet: bool,
 }
 
+/// The fluid in a box, taken as a whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body<const D: usize> {
+    /// Where it begins along each axis (m), half a spacing before its first particle; the box's highest corner without fluid.
+    pub low: Vector<D>,
+    /// Where it ends (m); the box's lowest corner without fluid.
+    pub high: Vector<D>,
+    /// Mean position (m); zero without fluid.
+    pub centroid: Vector<D>,
+    /// Standard deviation of position along each axis (m), half the semi-axis of an ellipse along the axes.
+    pub spread: Vector<D>,
+}
+
 impl<const D: usize> Fluid<D> {
+    /// The fluid between two corners (m), particles that fly alone left out.
+    pub fn body_in(&self, state: &State<D>, (low, high): (Vector<D>, Vector<D>)) -> Body<D> {
+        let half = 0.5 * self.properties.spacing;
+        let mut body = Body { low: high, high: low, centroid: Vector::zeros(), spread: Vector::zeros() };
+        let inside = |r: &Vector<D>| (0..D).all(|i| r[i] >= low[i] && r[i] <= high[i]);
+        let members = || {
+            let together = state.classes.iter().map(|class| *class != SurfaceClass::Splash);
+            let members =
+                state.positions.iter().zip(together).filter(move |(r, together)| *together && inside(r));
+            members.map(|(r, _)| r)
+        };
+        let mut count = 0.0;
+        for r in members() {
+            body.low = body.low.inf(&r.add_scalar(-half));
+            body.high = body.high.sup(&r.add_scalar(half));
+            body.centroid += r;
+            count += 1.0;
+        }
+        if count > 0.0 {
+            body.centroid /= count;
+            let square = members().fold(Vector::zeros(), |sum: Vector<D>, r| {
+                let offset = r - body.centroid;
+                sum + offset.component_mul(&offset)
+            });
+            body.spread = (square / count).map(f64::sqrt);
+        }
+        body
+    }
+
+    /// Departure of the pressure from `ρ g·(r − level)`, over the greatest of it: its largest magnitude and its root mean square, of all
+    /// particles deeper than one spacing below the point `level` (m). Zero without any.
+    pub fn hydrostatic_error(&self, state: &State<D>, level: &Vector<D>) -> [f64; 2] {
+        let weight = self.properties.gravity * self.properties.density;
+        let first_layer = weight.norm() * self.properties.spacing;
+        let (mut largest, mut square, mut count, mut deepest) = (0.0f64, 0.0, 0.0, 0.0f64);
+        for (r, p) in state.positions.iter().zip(&state.pressures) {
+            let hydrostatic = weight.dot(&(r - level));
+            if hydrostatic > first_layer {
+                largest = largest.max((p - hydrostatic).abs());
+                square += (p - hydrostatic).powi(2);
+                count += 1.0;
+                deepest = deepest.max(hydrostatic);
+            }
+        }
+        if count == 0.0 { [0.0; 2] } else { [largest / deepest, f64::sqrt(square / count) / deepest] }
+    }
+
     /// Bins a state's particles for probing.
     pub fn probe<'a>(&self, state: &'a State<D>) -> Probe<'a, D> {
         Probe { state, kernel: self.kernel, grid: CellGrid::new(&state.positions, self.kernel.support()) }

@@ -59,7 +59,7 @@ pub fn shifts<const D: usize>(input: &ShiftingInput<'_, D>, options: &Options, o
 fn scattering<const D: usize>(input: &ShiftingInput<'_, D>, a: usize) -> Vector<D> {
     let n = input.neighbourhood;
     let at = input.positions[a];
-    let fluid = n.fluid.of(a).iter().map(|&b| at - input.positions[b as usize]);
+    let fluid = n.fluid.of(a).iter().map(|&b| n.period.nearest(at - input.positions[b as usize]));
     let walls = n.walls.of(a).iter().map(|&b| at - input.wall_positions[b as usize]);
     let structure = n.structure.of(a).iter().map(|&b| at - input.structure_positions[b as usize]);
     let (mut sum, mut mean, mut count) = (Vector::zeros(), 0.0, 0usize);

@@ -4,6 +4,7 @@ use crate::accounting;
 use crate::error::Error;
 use crate::interface::{InterfaceOutput, InterfaceParticles};
 use crate::options::Options;
+use crate::period::Period;
 use crate::state::State;
 use crate::time_step::Scratch;
 use crate::walls::Walls;
@@ -25,6 +26,8 @@ pub struct FluidProperties<const D: usize> {
     pub particle_volume: f64,
     /// The domain's lowest and highest corner (m): particles outside have left.
     pub domain: (Vector<D>, Vector<D>),
+    /// Axes along which the domain repeats.
+    pub periodic: [bool; D],
 }
 
 /// The fluid solver: what does not change, and memory for a step. It remembers nothing from step to step; all memory is in [`State`].
@@ -71,6 +74,16 @@ impl<const D: usize> Fluid<D> {
             return Err(Error::InterfaceLength { field: "densities", found, expected });
         }
         let kernel = CubicSpline::new(options.smoothing_ratio * properties.spacing);
+        let period = Period::new(&properties.periodic, &properties.domain);
+        if (0..D).any(|i| properties.periodic[i] && period.length(i) < 2.0 * kernel.support()) {
+            return Err(Error::Setting {
+                key: "fluid.periodic",
+                value: format!("{:?} in {:?}", properties.periodic, properties.domain),
+                remedy: "a domain that repeats must be at least four smoothing lengths long",
+            });
+        }
+        let mut scratch = Scratch::default();
+        scratch.neighbourhood.period = period;
         let reference_velocity = options
             .reference_velocity
             .unwrap_or_else(|| accounting::reference_velocity(&properties, initial));
@@ -92,7 +105,7 @@ impl<const D: usize> Fluid<D> {
             compliance,
             reference_velocity,
             lattice_concentration,
-            scratch: Scratch::default(),
+            scratch,
             output: InterfaceOutput::default(),
         })
     }

@@ -37,13 +37,16 @@ pub struct State<const D: usize> {
     pub position_potentials: Vec<f64>,
     /// Length (s) of the step that led here; zero at the start.
     pub last_dt: f64,
+    /// Energy (J) by which the fluid stands above the least that it had so far, works of walls and structure taken out: what
+    /// [`velocity_correction`](crate::velocity_correction) has given it too much.
+    pub energy_excess: f64,
     /// Particles that left the domain so far.
     pub left: u64,
     /// Particles lost inside walls or structure so far: zero in a sound run.
     pub lost: u64,
 }
 
-const MAGIC: &[u8; 8] = b"mnscflu1";
+const MAGIC: &[u8; 8] = b"mnscflu2";
 
 impl<const D: usize> State<D> {
     /// Particles at rest or moving, without pressure.
@@ -59,6 +62,7 @@ impl<const D: usize> State<D> {
             pressure_accelerations: vec![Vector::zeros(); count],
             position_potentials: vec![0.0; count],
             last_dt: 0.0,
+            energy_excess: 0.0,
             left: 0,
             lost: 0,
         }
@@ -83,7 +87,8 @@ impl<const D: usize> State<D> {
         self.classes.clone_from(&other.classes);
         self.pressure_accelerations.clone_from(&other.pressure_accelerations);
         self.position_potentials.clone_from(&other.position_potentials);
-        (self.last_dt, self.left, self.lost) = (other.last_dt, other.left, other.lost);
+        (self.last_dt, self.energy_excess) = (other.last_dt, other.energy_excess);
+        (self.left, self.lost) = (other.left, other.lost);
     }
 
     /// Keeps the particles for which `keep` holds, in their order.
@@ -118,12 +123,14 @@ impl<const D: usize> State<D> {
 
     /// The state as bytes (little endian): a restart from them is identical to the bit.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(64 + self.len() * (8 * (3 * D + 2) + 5));
+        let mut bytes = Vec::with_capacity(72 + self.len() * (8 * (3 * D + 2) + 5));
         bytes.extend_from_slice(MAGIC);
         for n in [D as u64, self.len() as u64, self.left, self.lost] {
             bytes.extend_from_slice(&n.to_le_bytes());
         }
-        bytes.extend_from_slice(&self.last_dt.to_le_bytes());
+        for x in [self.last_dt, self.energy_excess] {
+            bytes.extend_from_slice(&x.to_le_bytes());
+        }
         for id in &self.ids {
             bytes.extend_from_slice(&id.to_le_bytes());
         }
@@ -166,7 +173,9 @@ impl<const D: usize> State<D> {
             return Err(Error::Restore(format!("it is {}-dimensional, the fluid {D}-dimensional", head[0])));
         }
         let n = head[1] as usize;
-        let last_dt = words(take(8)?).map(f64::from_le_bytes).next().expect("eight bytes");
+        let mut number =
+            || Ok(words(take(8)?).map(f64::from_le_bytes).next().expect("eight bytes make a number"));
+        let (last_dt, energy_excess) = (number()?, number()?);
         let ids = words(take(4 * n)?).map(u32::from_le_bytes).collect();
         let mut classes = Vec::with_capacity(n);
         for &c in take(n)? {
@@ -195,6 +204,7 @@ impl<const D: usize> State<D> {
             pressure_accelerations,
             position_potentials,
             last_dt,
+            energy_excess,
             left,
             lost,
         })

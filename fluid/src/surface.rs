@@ -80,7 +80,7 @@ impl<const D: usize> Surface<D> {
                 let at = positions[a as usize];
                 let mut nearest = (smoothing_length, None);
                 for &b in neighbourhood.fluid.of(a as usize).iter().filter(|&&b| surface(b)) {
-                    let distance = (at - positions[b as usize]).norm();
+                    let distance = neighbourhood.period.nearest(at - positions[b as usize]).norm();
                     if distance < nearest.0 {
                         nearest = (distance, Some(b));
                     }
@@ -93,6 +93,11 @@ impl<const D: usize> Surface<D> {
             self.normals[a as usize] = self.normals[b as usize];
         }
         self.find_pockets(neighbourhood);
+    }
+
+    /// Whether there is fluid and no pressure of it is known: it is one pocket.
+    pub fn is_closed(&self) -> bool {
+        !self.free.is_empty() && self.pocket_particles == self.free.len()
     }
 
     /// Floods the fluid from the particles of known pressure; what stays dry is a pocket.

@@ -73,8 +73,8 @@ pub(crate) struct Scratch<const D: usize> {
 }
 
 impl<const D: usize> Fluid<D> {
-    /// Advances `accepted` by `dt` (s) into `trial`, memory of `trial` used again. `time` (s) is for messages only. Nothing but
-    /// `accepted`, `dt` and `structure` decides the result: calling twice gives the same bits.
+    /// Advances `accepted` by `dt` (s) into `trial`, memory of `trial` used again. `time` (s) says where walls that move are. Nothing but
+    /// `accepted`, `time`, `dt` and `structure` decides the result: calling twice gives the same bits.
     ///
     /// # Errors
     /// [`Error::NotFinite`], [`Error::InterfaceLength`] for what came in or out, [`Error::Solve`] when a pressure solve failed.
@@ -104,6 +104,7 @@ impl<const D: usize> Fluid<D> {
     ) -> Result<StepReport<D>, Error> {
         structure.check(self.interface.volumes.len(), time)?;
         trial.copy_from(accepted);
+        self.walls.move_to(time, dt);
         let mut report = StepReport { dt, ..StepReport::default() };
 
         self.find_neighbours(accepted, structure); //                      (1), (5), (17), (25), (26)

@@ -82,8 +82,9 @@ pub fn accelerations<const D: usize>(
             let b = b as usize;
             let u = input.velocities[b] - input.velocities[a];
             let mut nu = if fitted { 0.0 } else { 0.5 * (viscosities[a] + viscosities[b]) };
-            if input.approach_viscosity > 0.0 && u.dot(&(input.positions[b] - input.positions[a])) < 0.0 {
-                nu += input.approach_viscosity;
+            if input.approach_viscosity > 0.0 {
+                let r = input.neighbourhood.period.nearest(input.positions[b] - input.positions[a]);
+                nu += if u.dot(&r) < 0.0 { input.approach_viscosity } else { 0.0 };
             }
             sum += u * (nu * pair.stiffness());
         }
@@ -108,10 +109,10 @@ fn fitted_laplacian<const D: usize>(
     let list = &input.neighbourhood.fluid;
     let pairs = &input.neighbourhood.fluid_pairs[list.range(a)];
     let around = || {
-        list.of(a)
-            .iter()
-            .zip(pairs)
-            .map(|(&b, pair)| (b as usize, input.positions[a] - input.positions[b as usize], pair))
+        list.of(a).iter().zip(pairs).map(|(&b, pair)| {
+            let r = input.neighbourhood.period.nearest(input.positions[a] - input.positions[b as usize]);
+            (b as usize, r, pair)
+        })
     };
     let gradients = around().map(|(_, r, pair)| (r, pair.gradient()));
     let Some(b_hat) = second_derivative_correction(&gradients, &input.corrections[a].0) else {

@@ -1,6 +1,7 @@
 //! Walls: solid boxes and polylines, filled with particles as deep as a kernel reaches.
 
 use crate::Error;
+use crate::wall_motion::{Motion, Pose};
 use sph::Vector;
 use sph::lattice::Lattice;
 use sph::neighbours::CellGrid;
@@ -42,6 +43,8 @@ pub struct WallPart<const D: usize> {
     pub shape: WallShape<D>,
     /// Velocity of the surface (m/s) along itself: the wall slides, its shape stays where it is.
     pub velocity: Vector<D>,
+    /// How the wall moves; none for one that stays where it is.
+    pub motion: Option<Motion<D>>,
 }
 
 /// All walls, as particles and as shapes.
@@ -49,14 +52,24 @@ pub struct WallPart<const D: usize> {
 pub struct Walls<const D: usize> {
     /// The parts.
     pub parts: Vec<WallPart<D>>,
-    /// Particle positions (m).
+    /// Particle positions (m), at the time of [`Walls::move_to`].
     pub positions: Vec<Vector<D>>,
+    /// Particle velocities (m/s), surfaces that slide along themselves included; the mean of the step of [`Walls::move_to`].
+    pub velocities: Vec<Vector<D>>,
     /// Particle volumes (m³).
     pub volumes: Vec<f64>,
+    /// Depth of each particle under its part's surface (m).
+    pub depths: Vec<f64>,
     /// Part of each particle.
     pub part_of: Vec<u32>,
     /// Particles binned.
     pub grid: CellGrid<D>,
+    /// Positions (m) where the motions begin.
+    rest: Vec<Vector<D>>,
+    /// Of the parts that move, where the motion has brought each at the start and the end of the step.
+    poses: Vec<Option<[Pose<D>; 2]>>,
+    /// Length (s) of the step.
+    dt: f64,
 }
 
 /// A point on a surface: signed distance to it (m, negative inside the solid) and the direction away from the solid.
@@ -118,7 +131,60 @@ impl<const D: usize> Walls<D> {
             }
         }
         let grid = CellGrid::new(&positions, support);
-        Ok(Self { parts, positions, volumes, part_of, grid })
+        let velocities = part_of.iter().map(|&part: &u32| parts[part as usize].velocity).collect();
+        let depth = |(w, part): (&Vector<D>, &u32)| -parts[*part as usize].shape.surface_point(w).distance;
+        let depths = positions.iter().zip(&part_of).map(depth).collect();
+        let (rest, poses) = (positions.clone(), vec![None; parts.len()]);
+        let mut walls =
+            Self { parts, positions, velocities, volumes, depths, part_of, grid, rest, poses, dt: 1.0 };
+        walls.move_to(0.0, 1.0);
+        Ok(walls)
+    }
+
+    /// Whether any part moves.
+    pub fn moves(&self) -> bool {
+        self.parts.iter().any(|part| part.motion.is_some())
+    }
+
+    /// Brings the walls to where they are at `time` (s); velocities are means over the `dt` (s) that follow.
+    pub fn move_to(&mut self, time: f64, dt: f64) {
+        if !self.moves() {
+            return;
+        }
+        self.dt = dt;
+        for (pose, part) in self.poses.iter_mut().zip(&self.parts) {
+            *pose = part.motion.as_ref().map(|motion| [motion.pose(time), motion.pose(time + dt)]);
+        }
+        for (w, rest) in self.rest.iter().enumerate() {
+            let part = self.part_of[w] as usize;
+            if let Some([start, end]) = &self.poses[part] {
+                self.positions[w] = start.moved(rest);
+                let slides = start.turned(&self.parts[part].velocity);
+                self.velocities[w] = slides + (end.moved(rest) - self.positions[w]) / dt;
+            }
+        }
+        self.grid = CellGrid::new(&self.positions, self.grid.radius());
+    }
+
+    /// The nearest point of a part's surface to `point` (m) at the start of the step, or at its end.
+    pub fn surface_point(&self, part: usize, point: &Vector<D>, at_end: bool) -> SurfacePoint<D> {
+        let shape = &self.parts[part].shape;
+        match &self.poses[part] {
+            None => shape.surface_point(point),
+            Some(poses) => {
+                let pose = &poses[usize::from(at_end)];
+                let nearest = shape.surface_point(&pose.at_rest(point));
+                SurfacePoint { distance: nearest.distance, normal: pose.turned(&nearest.normal) }
+            }
+        }
+    }
+
+    /// Mean velocity (m/s) over the step of the point of a part that is at `point` (m); sliding along itself does not count.
+    pub fn motion_at(&self, part: usize, point: &Vector<D>) -> Vector<D> {
+        match &self.poses[part] {
+            None => Vector::zeros(),
+            Some([start, end]) => (end.moved(&start.at_rest(point)) - point) / self.dt,
+        }
     }
 
     /// The part with a name.

@@ -19,7 +19,7 @@ impl Random {
 }
 
 fn wall(name: &str, low: V, high: V) -> WallPart<2> {
-    WallPart { name: name.into(), shape: WallShape::Box { low, high }, velocity: V::zeros() }
+    WallPart { name: name.into(), shape: WallShape::Box { low, high }, velocity: V::zeros(), motion: None }
 }
 
 /// Water `width × height` in an open tank `tank` wide, spacing `dx`, positions and velocities jittered.
@@ -51,6 +51,7 @@ fn tank(width: f64, height: f64, tank: f64, dx: f64, jitter: f64, speed: f64) ->
         spacing: dx,
         particle_volume: volume,
         domain: (v(-1.0, -1.0), v(tank + 1.0, 10.0)),
+        periodic: [false; 2],
     };
     Case {
         properties,
@@ -487,6 +488,7 @@ fn a_tank_in_three_dimensions() {
         name: name.into(),
         shape: WallShape::Box { low, high },
         velocity: Vector::<3>::zeros(),
+        motion: None,
     };
     let parts = vec![
         solid("bed", p(-t, -t, -t), p(side + t, side + t, 0.0)),
@@ -505,6 +507,7 @@ fn a_tank_in_three_dimensions() {
         spacing: dx,
         particle_volume: lattice.cell_volume(),
         domain: (Vector::repeat(-1.0), Vector::repeat(2.0)),
+        periodic: [false; 3],
     };
     let mut state = State::new(lattice.positions, vec![Vector::zeros(); count]);
     let mut fluid =

@@ -8,7 +8,7 @@ fn v(x: f64, y: f64) -> Vector<2> {
 }
 
 fn part(name: &str, shape: WallShape<2>) -> WallPart<2> {
-    WallPart { name: name.into(), shape, velocity: Vector::zeros() }
+    WallPart { name: name.into(), shape, velocity: Vector::zeros(), motion: None }
 }
 
 #[test]

@@ -54,6 +54,11 @@ impl NeighbourList {
         &self.indices
     }
 
+    /// Replaces every neighbour by `names[neighbour]`: ghost images become the points that they are images of.
+    pub fn rename(&mut self, names: &[u32]) {
+        self.indices.iter_mut().for_each(|j| *j = names[*j as usize]);
+    }
+
     /// Finds, for every query point, the grid's points nearer than the grid's radius, coincident ones left out
     /// (so that a list over its own points does not hold the point itself). Memory of earlier calls is used again.
     pub fn rebuild<const D: usize>(
@@ -148,6 +153,11 @@ impl<const D: usize> CellGrid<D> {
         }
         (grid.starts, grid.members) = (starts, members);
         grid
+    }
+
+    /// Search radius (m).
+    pub fn radius(&self) -> f64 {
+        self.radius
     }
 
     fn bin(&self, point: &Vector<D>) -> usize {

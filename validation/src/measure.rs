@@ -1,6 +1,7 @@
 //! Numbers made of a column over time.
 
 use crate::study::{Kind, Measure};
+use interfaces::case::resolved::Reference;
 use output::table::Columns;
 
 /// Why a measure could not be taken of a run.
@@ -16,6 +17,18 @@ pub enum MeasureError {
         /// The columns that are there.
         there: String,
     },
+    /// The reference is not there.
+    #[error(
+        "the measure `{measure}` is against the reference `{label}` of `{column}`, which the case has not"
+    )]
+    Reference {
+        /// The measure.
+        measure: String,
+        /// The label.
+        label: String,
+        /// The column.
+        column: String,
+    },
     /// The rows do not give the number.
     #[error("the measure `{measure}` cannot be made of the run: {what}")]
     Rows {
@@ -26,23 +39,44 @@ pub enum MeasureError {
     },
 }
 
-/// Takes the measure of a run's probes and windows.
+/// Takes the measure of a run's probes and windows, against the case's references.
 ///
 /// # Errors
-/// A column that is not there, or too little of a course in it.
-pub fn take(measure: &Measure, probes: &Columns, windows: &Columns) -> Result<f64, MeasureError> {
+/// A column or reference that is not there, or too little of a course in it.
+pub fn take(
+    measure: &Measure,
+    probes: &Columns,
+    windows: &Columns,
+    references: &[Reference],
+) -> Result<f64, MeasureError> {
     let missing = |column: &str, table: &Columns| MeasureError::Column {
         measure: measure.name.clone(),
         column: column.to_owned(),
         there: table.names.join(", "),
     };
     let rows = |what: &str| MeasureError::Rows { measure: measure.name.clone(), what: what.to_owned() };
-    if measure.kind == Kind::EnergyDrift {
-        let drift = energy_drift(windows).ok_or_else(|| missing("structure.kinetic_energy", windows))?;
-        return Ok(measure.scale * drift);
+    if measure.kind.is_of_energy() {
+        let of = if measure.kind == Kind::EnergyDrift { energy_drift } else { energy_rise };
+        let number = of(windows).ok_or_else(|| missing("structure.kinetic_energy", windows))?;
+        return Ok(measure.scale * number);
     }
-    let times = probes.get("t").ok_or_else(|| missing("t", probes))?;
-    let values = probes.get(&measure.column).ok_or_else(|| missing(&measure.column, probes))?;
+    let (table, time) =
+        if windows.get(&measure.column).is_some() { (windows, "time") } else { (probes, "t") };
+    let times = table.get(time).ok_or_else(|| missing(time, table))?;
+    let values = table.get(&measure.column).ok_or_else(|| missing(&measure.column, probes))?;
+    if measure.kind.is_against() {
+        let is_meant = |r: &&Reference| r.probe == measure.column && r.label == measure.against;
+        let reference = references.iter().find(is_meant).ok_or_else(|| MeasureError::Reference {
+            measure: measure.name.clone(),
+            label: measure.against.clone(),
+            column: measure.column.clone(),
+        })?;
+        let pairs = passages(measure, times, values, reference);
+        let [mean, mean_reference, slope] =
+            line(&pairs).ok_or_else(|| rows("it passes fewer than three of the reference's values"))?;
+        let number = if measure.kind == Kind::Lead { mean_reference - mean } else { slope };
+        return Ok(measure.scale * number);
+    }
     if measure.kind == Kind::ValueAt {
         let value =
             value_at(times, values, measure.from).ok_or_else(|| rows("its time is not in the run"))?;
@@ -65,7 +99,15 @@ pub fn take(measure: &Measure, probes: &Columns, windows: &Columns) -> Result<f6
                 period(times, values).ok_or_else(|| rows("it passes its middle in one direction once"))?;
             if measure.kind == Kind::Period { period } else { 1.0 / period }
         }
-        Kind::ValueAt | Kind::EnergyDrift => unreachable!("taken above"),
+        Kind::MaxAbs => values.iter().fold(0.0f64, |largest, v| largest.max(v.abs())),
+        Kind::DecayRate => {
+            let logarithms: Vec<(f64, f64)> = times.iter().zip(values).map(|(&t, v)| (t, v.ln())).collect();
+            let [.., slope] = line(&logarithms).ok_or_else(|| rows("it is not over zero throughout"))?;
+            -slope
+        }
+        Kind::ValueAt | Kind::EnergyDrift | Kind::EnergyRise | Kind::SpeedRatio | Kind::Lead => {
+            unreachable!("taken above")
+        }
     };
     Ok(measure.scale * number)
 }
@@ -125,6 +167,47 @@ fn period(times: &[f64], values: &[f64]) -> Option<f64> {
     (periods > 0).then(|| length / periods as f64)
 }
 
+/// Times at which a course first passes the reference's values from below or above, with the reference's times: `(own, reference's)`.
+fn passages(measure: &Measure, times: &[f64], values: &[f64], reference: &Reference) -> Vec<(f64, f64)> {
+    let wanted = |t: f64| t >= measure.from && t <= measure.until;
+    let first = |value: f64| {
+        let passes =
+            |i: &usize| (values[i - 1] - value) * (values[*i] - value) <= 0.0 && values[i - 1] != values[*i];
+        let i = (1..values.len()).find(passes)?;
+        let part = (value - values[i - 1]) / (values[i] - values[i - 1]);
+        Some(times[i - 1] + part * (times[i] - times[i - 1]))
+    };
+    let course = reference.time.iter().zip(&reference.value).filter(|(t, _)| wanted(**t));
+    course.filter_map(|(&t, &value)| Some((first(value)?, t))).collect()
+}
+
+/// The line through points by least squares: mean x, mean y, slope. Nothing through fewer than three, or where they are no numbers.
+fn line(points: &[(f64, f64)]) -> Option<[f64; 3]> {
+    let count = points.len() as f64;
+    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
+    let slope = mean(&|p| (p.0 - x) * (p.1 - y)) / mean(&|p| (p.0 - x).powi(2));
+    (points.len() >= 3 && slope.is_finite()).then_some([x, y, slope])
+}
+
+/// Largest rise of the mechanical energy, less what structure and walls gave, over the least before; over that of the first window.
+fn energy_rise(windows: &Columns) -> Option<f64> {
+    let mut own = vec![0.0; windows.rows()];
+    let mut found = false;
+    for (name, values) in windows.iter() {
+        let sign = match name.strip_prefix("fluid.") {
+            Some("kinetic_energy" | "potential_energy") => 1.0,
+            Some("structure_work" | "wall_work") => -1.0,
+            _ => continue,
+        };
+        found = true;
+        own.iter_mut().zip(values).for_each(|(sum, e)| *sum += sign * e);
+    }
+    let first = *own.first()?;
+    let (_, rise) = own.iter().fold((first, 0.0f64), |(least, rise), &e| (least.min(e), rise.max(e - least)));
+    found.then(|| rise / first.abs())
+}
+
 /// Largest departure of the mechanical energy from that of the first window, over it.
 fn energy_drift(windows: &Columns) -> Option<f64> {
     let mut total = vec![0.0; windows.rows()];
@@ -157,6 +240,7 @@ mod tests {
             name: "m".into(),
             series: Vec::new(),
             column: "tip.uy".into(),
+            against: String::new(),
             kind,
             from: 0.1,
             until: f64::INFINITY,
@@ -166,7 +250,7 @@ mod tests {
             tolerance: Vec::new(),
             paper: Vec::new(),
         };
-        take(&measure, &swing(), &Columns::default())
+        take(&measure, &swing(), &Columns::default(), &[])
     }
 
     /// Three rows of 40 a period, the middle one half a row from a sine's peak at worst: their parabola misses it by at most 3·(2π/40)⁴/32 ≈ 6e-5.
@@ -185,6 +269,61 @@ mod tests {
         near(Kind::ValueAt, 2.0 + 3.0 * (TAU * 0.125 + 0.1).sin(), 1e-3);
     }
 
+    fn by_hand(text: &str) -> Measure {
+        let head = "name = 'm'\nreference = 1.0\nsource = ''\n";
+        toml::from_str(&format!("{head}{text}")).unwrap()
+    }
+
+    fn columns(names: &[&str], columns: Vec<Vec<f64>>) -> Columns {
+        Columns { names: names.iter().map(|n| (*n).to_owned()).collect(), columns }
+    }
+
+    #[test]
+    fn a_decay_is_found_in_the_windows() {
+        let times: Vec<f64> = (0..20).map(|i| 0.1 * f64::from(i)).collect();
+        let values = times.iter().map(|t| 3.0 * (-1.7 * t).exp()).collect();
+        let windows = columns(&["time", "fluid.kinetic_energy"], vec![times, values]);
+        let measure = by_hand("column = 'fluid.kinetic_energy'\nkind = 'decay-rate'");
+        let rate = take(&measure, &Columns::default(), &windows, &[]).unwrap();
+        assert!((rate - 1.7).abs() < 1e-12, "{rate}");
+    }
+
+    /// A front 1.25 times as fast as the reference's, both straight, through the reference's origin 0.1 s before it.
+    #[test]
+    fn a_front_is_held_against_another_in_speed_and_time() {
+        let times: Vec<f64> = (0..50).map(|i| 0.05 * f64::from(i)).collect();
+        let values = times.iter().map(|t| 2.5 * t).collect();
+        let probes = columns(&["t", "front.right"], vec![times, values]);
+        let time = vec![0.1, 0.6, 1.1, 1.6];
+        let reference = Reference {
+            probe: "front.right".into(),
+            label: "experiment".into(),
+            source: String::new(),
+            value: time.iter().map(|t| 2.0 * (t - 0.1)).collect(),
+            low: Vec::new(),
+            high: Vec::new(),
+            time,
+        };
+        let of = |kind: &str| {
+            let measure =
+                by_hand(&format!("column = 'front.right'\nagainst = 'experiment'\nkind = '{kind}'"));
+            take(&measure, &probes, &Columns::default(), std::slice::from_ref(&reference)).unwrap()
+        };
+        assert!((of("speed-ratio") - 1.25).abs() < 1e-12);
+        // Own times 0, 0.4, 0.8, 1.2 against 0.1 to 1.6.
+        assert!((of("lead") - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_rise_counts_from_the_least_before_it_without_the_work_of_walls() {
+        let names = ["fluid.kinetic_energy", "fluid.potential_energy", "fluid.wall_work"];
+        let energies = vec![vec![0.0, 1.0, 2.0, 3.0], vec![10.0, 8.0, 7.5, 7.5], vec![0.0, 0.0, 0.0, 0.75]];
+        let rise =
+            take(&by_hand("kind = 'energy-rise'"), &Columns::default(), &columns(&names, energies), &[]);
+        // 10, 9, 9.5 and 9.75 when the wall's work is taken out.
+        assert!((rise.unwrap() - 0.075).abs() < 1e-15);
+    }
+
     #[test]
     fn what_is_not_there_is_named() {
         let mut table = swing();
@@ -192,7 +331,7 @@ mod tests {
         let measure: Measure =
             toml::from_str("name = 'm'\ncolumn = 'tip.uy'\nkind = 'max'\nreference = 1.0\nsource = ''")
                 .unwrap();
-        let message = take(&measure, &table, &Columns::default()).unwrap_err().to_string();
+        let message = take(&measure, &table, &Columns::default(), &[]).unwrap_err().to_string();
         assert!(message.contains("`tip.uy`") && message.contains("tip.ux"), "{message}");
     }
 }

@@ -174,7 +174,7 @@ pub fn run(
                 continue;
             }
             for measure in result.study.measures.iter().filter(|m| m.is_of(&of.series)) {
-                let measured = measured(measure, result.study.length, &of.variants, &windows);
+                let measured = measured(measure, &result.study, &of, &windows);
                 of.measures.push(measured.map_err(|source| Error::Measure {
                     case: result.name.clone(),
                     series: of.series.name.clone(),
@@ -245,15 +245,16 @@ fn run_variant(
 
 fn measured(
     measure: &Measure,
-    length: f64,
-    variants: &[Variant],
+    study: &Study,
+    series: &SeriesResult,
     windows: &[Columns],
 ) -> Result<Measured, measure::MeasureError> {
+    let references = series.case.as_ref().map_or(&[][..], |case| &case.references);
     let mut values = Vec::new();
-    for (variant, windows) in variants.iter().zip(windows) {
+    for (variant, windows) in series.variants.iter().zip(windows) {
         let found = match variant.failure {
             Some(_) => f64::NAN,
-            None => measure::take(measure, &variant.probes, windows)?,
+            None => measure::take(measure, &variant.probes, windows, references)?,
         };
         let scale = if measure.reference == 0.0 { 1.0 } else { measure.reference };
         values.push(Value {
@@ -265,7 +266,7 @@ fn measured(
         });
     }
     let refined: Vec<(f64, f64)> =
-        values.iter().map(|v| (length / f64::from(v.resolution), v.found)).collect();
+        values.iter().map(|v| (study.length / f64::from(v.resolution), v.found)).collect();
     let convergence = if measure.reference == 0.0 { None } else { convergence(&refined) };
     Ok(Measured { measure: measure.clone(), values, convergence })
 }

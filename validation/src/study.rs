@@ -52,11 +52,14 @@ pub struct Measure {
     /// Names of the series that it is taken of; all without any.
     #[serde(default)]
     pub series: Vec<String>,
-    /// Column of `probes.csv`; none for the energy drift.
+    /// Column of `probes.csv` or of `windows.csv`; none for the energy's drift and rise.
     #[serde(default)]
     pub column: String,
     /// How the number is made of the column.
     pub kind: Kind,
+    /// Label of the case's reference that the column is compared with, for `speed-ratio` and `lead`.
+    #[serde(default)]
+    pub against: String,
     /// Start of the part of the run that is looked at, and the time of `value-at` (s).
     #[serde(default)]
     pub from: f64,
@@ -100,6 +103,30 @@ pub enum Kind {
     Amplitude,
     /// Largest departure of the mechanical energy from that of the first window, over it; of `windows.csv`.
     EnergyDrift,
+    /// Largest rise of the mechanical energy over the least that it had before, works of structure and walls taken out, over that of the first
+    /// window; of `windows.csv`.
+    EnergyRise,
+    /// Its largest magnitude.
+    MaxAbs,
+    /// Rate of its decay (1/s), the slope of its logarithm with the sign turned, by least squares.
+    DecayRate,
+    /// How many times as fast as the reference `against` it passes the reference's values: the slope of the reference's times over its own, by
+    /// least squares, of the values between `from` and `until` of the reference's time.
+    SpeedRatio,
+    /// How long it passes the same values before the reference (s), in the mean.
+    Lead,
+}
+
+impl Kind {
+    /// Whether it is made of the energies, and of no one column.
+    pub fn is_of_energy(self) -> bool {
+        matches!(self, Self::EnergyDrift | Self::EnergyRise)
+    }
+
+    /// Whether it compares a column with a reference over time.
+    pub fn is_against(self) -> bool {
+        matches!(self, Self::SpeedRatio | Self::Lead)
+    }
 }
 
 fn yes() -> bool {
@@ -165,7 +192,13 @@ impl Study {
                     return Err(format!("measure `{}`: there is no series `{name}`", measure.name));
                 }
             }
-            if measure.column.is_empty() && measure.kind != Kind::EnergyDrift {
+            if measure.against.is_empty() && measure.kind.is_against() {
+                return Err(format!(
+                    "measure `{}` names no reference; write against = \"<label>\"",
+                    measure.name
+                ));
+            }
+            if measure.column.is_empty() && !measure.kind.is_of_energy() {
                 return Err(format!(
                     "measure `{}` names no column; write column = \"<probe>.<component>\"",
                     measure.name

@@ -2,13 +2,14 @@
 
 use super::failed;
 use crate::{
-    FluidProperties, Load, Options, Preconditioner, ShiftingLaw, Side, State, StructureVelocity,
+    FluidProperties, Law, Load, Motion, Options, Preconditioner, ShiftingLaw, Side, State, StructureVelocity,
     ViscousOperator, WallPart, WallShape, Walls,
 };
 use interfaces::ParticipantError;
 use interfaces::case::coupling::{LoadForm, StructureVelocity as Velocity};
 use interfaces::case::numerics::{self, FluidNumerics, FluidScheme, Shifting, ViscosityOperator};
-use interfaces::case::resolved::{self, Region, Slip};
+use interfaces::case::region::{FluidVelocity, Region, RegionShape};
+use interfaces::case::resolved::{self, MotionLaw, MotionPath, Slip};
 use interfaces::case::{AxisBox, Case, geometry};
 use sph::Vector;
 use sph::lattice::Lattice;
@@ -29,12 +30,18 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
     let spacing = fluid.particle_spacing;
     let (mut positions, mut velocities, mut volume) = (Vec::new(), Vec::new(), 0.0);
     for region in &fluid.regions {
-        let (low, high) = corners::<D>(&region.bounds);
-        let lattice = Lattice::fill_box(low, high, spacing);
-        volume += lattice.cell_volume() * lattice.positions.len() as f64;
-        velocities
-            .resize(velocities.len() + lattice.positions.len(), Vector::from_column_slice(&region.velocity));
-        positions.extend(jittered(lattice.positions, region, spacing));
+        let bounds = corners::<D>(&region.shape.bounds());
+        let lattice = Lattice::fill_box(bounds.0, bounds.1, spacing);
+        let cell = lattice.cell_volume();
+        let mut points = lattice.positions;
+        if let RegionShape::Ball { ball } = &region.shape {
+            let centre = Vector::from_column_slice(&ball.centre);
+            points.retain(|p| (p - centre).norm() < ball.radius);
+        }
+        volume += cell * points.len() as f64;
+        let points = jittered(points, region, spacing);
+        velocities.extend(points.iter().map(|p| velocity(region, &bounds, p)));
+        positions.extend(points.iter().map(|p| p + wave(region, &bounds, p)));
     }
     let properties = FluidProperties {
         density: fluid.density,
@@ -43,6 +50,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
         spacing,
         particle_volume: volume / positions.len() as f64,
         domain: corners(&fluid.domain),
+        periodic: std::array::from_fn(|i| fluid.periodic.iter().any(|axis| axis.index() == i)),
     };
     let options = options(case, fluid);
     let parts = fluid.walls.iter().map(wall_part).collect();
@@ -52,7 +60,37 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
     Ok(Made { properties, options, walls, state, max_time_step: fluid.max_time_step })
 }
 
-fn corners<const D: usize>(bounds: &AxisBox) -> (Vector<D>, Vector<D>) {
+/// Velocity (m/s) at the start at a point of a region within the corners `bounds`.
+fn velocity<const D: usize>(
+    region: &Region,
+    (low, high): &(Vector<D>, Vector<D>),
+    point: &Vector<D>,
+) -> Vector<D> {
+    let mean: Vector<D> = match &region.velocity {
+        FluidVelocity::Uniform(v) => Vector::from_column_slice(v),
+        FluidVelocity::Mode(mode) => in_plane(mode.at(point[0] - low[0], point[1] - low[1])),
+    };
+    let arm = point - (low + high) * 0.5;
+    mean + Vector::from_fn(|i, _| region.velocity_gradient[i].iter().zip(&arm).map(|(g, x)| g * x).sum())
+}
+
+/// Displacement (m) of a particle by the region's standing wave.
+fn wave<const D: usize>(
+    region: &Region,
+    (low, high): &(Vector<D>, Vector<D>),
+    point: &Vector<D>,
+) -> Vector<D> {
+    region.wave.as_ref().map_or(Vector::zeros(), |wave| {
+        in_plane(wave.displacement(point[0] - low[0], point[1] - low[1], high[1] - low[1]))
+    })
+}
+
+/// A vector in the plane of the first two axes.
+fn in_plane<const D: usize>(vector: [f64; 2]) -> Vector<D> {
+    Vector::from_fn(|i, _| vector.get(i).copied().unwrap_or(0.0))
+}
+
+pub(super) fn corners<const D: usize>(bounds: &AxisBox) -> (Vector<D>, Vector<D>) {
     (Vector::from_column_slice(&bounds.low), Vector::from_column_slice(&bounds.high))
 }
 
@@ -70,7 +108,24 @@ fn wall_part<const D: usize>(wall: &resolved::Wall) -> WallPart<D> {
             },
         },
     };
-    WallPart { name: wall.name.clone(), shape, velocity: Vector::from_column_slice(&wall.velocity) }
+    let velocity = Vector::from_column_slice(&wall.velocity);
+    WallPart { name: wall.name.clone(), shape, velocity, motion: wall.motion.as_ref().map(motion) }
+}
+
+fn motion<const D: usize>(from: &resolved::WallMotion) -> Motion<D> {
+    let law = match &from.law {
+        MotionLaw::Table { table } => Law::Table(table.clone()),
+        MotionLaw::Sine { amplitude, period, phase } => {
+            Law::Sine { amplitude: *amplitude, period: *period, phase: *phase }
+        }
+    };
+    match &from.path {
+        MotionPath::Along { direction } => {
+            let direction: Vector<D> = Vector::from_column_slice(direction);
+            Motion::Translation { direction: direction.normalize(), law }
+        }
+        MotionPath::About { pivot } => Motion::Rotation { pivot: Vector::from_column_slice(pivot), law },
+    }
 }
 
 /// The options that the case describes: its numerics, and what the coupling asks of the fluid.

@@ -10,18 +10,21 @@ use std::path::{Path, PathBuf};
 /// The series `fluid`.
 pub struct Snapshots {
     series: Series,
+    out: PathBuf,
+    /// Begun with the first walls that are written.
+    walls: Option<Series>,
 }
 
 impl Snapshots {
     /// Starts the series in the folder `out`.
     pub fn create(out: &Path) -> Result<Self, ParticipantError> {
-        Ok(Self { series: Series::create(out, "fluid").map_err(failed)? })
+        let series = Series::create(out, "fluid").map_err(failed)?;
+        Ok(Self { series, out: out.to_owned(), walls: None })
     }
 
-    /// Writes the series `walls` of one snapshot, at `time` (s): the walls' particles, which stay where they are.
+    /// Writes the walls' particles at `time` (s), at which they are.
     pub fn write_walls<const D: usize>(
-        &self,
-        out: &Path,
+        &mut self,
         time: f64,
         walls: &Walls<D>,
     ) -> Result<(), ParticipantError> {
@@ -32,7 +35,11 @@ impl Snapshots {
         let parts: Vec<i32> = walls.part_of.iter().map(|&part| part as i32).collect();
         let arrays = [PointArray { name: "part", components: 1, values: Values::I32(&parts) }];
         let frame = ParticleFrame { time, dimension: D, positions: &positions, arrays: &arrays };
-        Series::create(out, "walls").and_then(|mut series| series.write(&frame)).map_err(failed)?;
+        let series = match &mut self.walls {
+            Some(series) => series,
+            begun => begun.insert(Series::create(&self.out, "walls").map_err(failed)?),
+        };
+        series.write(&frame).map_err(failed)?;
         Ok(())
     }
 
@@ -51,38 +58,38 @@ impl Snapshots {
         self.series.write(&frame).map_err(failed)?;
         Ok(())
     }
-}
 
-/// Writes what a failed solve stood on as the series `failed_solve` in the folder `out`, and gives the file: positions, velocities and pressures
-/// of `accepted`, the unknowns where the solve `stopped`, and its residual. Arrays are shortened or filled with zeros where a length disagrees.
-pub fn write_failed_solve<const D: usize>(
-    out: &Path,
-    time: f64,
-    accepted: &State<D>,
-    stopped: &State<D>,
-    residual: &[f64],
-) -> Result<PathBuf, ParticipantError> {
-    let as_long = |values: &[f64]| {
-        let mut values = values.to_vec();
-        values.resize(accepted.len(), 0.0);
-        values
-    };
-    let (positions, velocities) = (flat(&accepted.positions), flat(&accepted.velocities));
-    let classes: Vec<u8> = accepted.classes.iter().map(|c| *c as u8).collect();
-    let ids: Vec<i32> = accepted.ids.iter().map(|&i| i as i32).collect();
-    let (pressures, potentials) = (as_long(&stopped.pressures), as_long(&stopped.position_potentials));
-    let residual = as_long(residual);
-    let arrays = [
-        PointArray::vector("velocity", D, &velocities),
-        PointArray::scalar("pressure", &accepted.pressures),
-        PointArray::scalar("pressure_where_stopped", &pressures),
-        PointArray::scalar("position_potential_where_stopped", &potentials),
-        PointArray::scalar("residual", &residual),
-        PointArray::class("surface_class", &classes),
-        PointArray { name: "id", components: 1, values: Values::I32(&ids) },
-    ];
-    let frame = ParticleFrame { time, dimension: D, positions: &positions, arrays: &arrays };
-    Series::create(out, "failed_solve").and_then(|mut series| series.write(&frame)).map_err(failed)
+    /// Writes what a failed solve stood on as the series `failed_solve` and gives the file: positions, velocities and pressures
+    /// of `accepted`, the unknowns where the solve `stopped`, and its residual. Arrays are shortened or filled with zeros where a length disagrees.
+    pub fn write_failed_solve<const D: usize>(
+        &self,
+        time: f64,
+        accepted: &State<D>,
+        stopped: &State<D>,
+        residual: &[f64],
+    ) -> Result<PathBuf, ParticipantError> {
+        let as_long = |values: &[f64]| {
+            let mut values = values.to_vec();
+            values.resize(accepted.len(), 0.0);
+            values
+        };
+        let (positions, velocities) = (flat(&accepted.positions), flat(&accepted.velocities));
+        let classes: Vec<u8> = accepted.classes.iter().map(|c| *c as u8).collect();
+        let ids: Vec<i32> = accepted.ids.iter().map(|&i| i as i32).collect();
+        let (pressures, potentials) = (as_long(&stopped.pressures), as_long(&stopped.position_potentials));
+        let residual = as_long(residual);
+        let arrays = [
+            PointArray::vector("velocity", D, &velocities),
+            PointArray::scalar("pressure", &accepted.pressures),
+            PointArray::scalar("pressure_where_stopped", &pressures),
+            PointArray::scalar("position_potential_where_stopped", &potentials),
+            PointArray::scalar("residual", &residual),
+            PointArray::class("surface_class", &classes),
+            PointArray { name: "id", components: 1, values: Values::I32(&ids) },
+        ];
+        let frame = ParticleFrame { time, dimension: D, positions: &positions, arrays: &arrays };
+        Series::create(&self.out, "failed_solve").and_then(|mut series| series.write(&frame)).map_err(failed)
+    }
 }
 
 fn flat<const D: usize>(vectors: &[Vector<D>]) -> Vec<f64> {

@@ -74,7 +74,9 @@ impl<const D: usize> Fluid<D> {
             .diagonal(&mut s.diagonal);
         let both = s.terms.extra_diagonal.par_iter_mut().zip(&mut s.diagonal).with_min_len(ROWS);
         both.enumerate().for_each(|(a, (extra, diagonal))| {
-            let pocket = if s.surface.in_pocket[a] { self.options.pocket_regularisation } else { 0.0 };
+            // Without any surface the mean of the pressure is taken out instead.
+            let pocket = s.surface.in_pocket[a] && !s.surface.is_closed();
+            let pocket = if pocket { self.options.pocket_regularisation } else { 0.0 };
             let kappa = (self.options.regularisation + pocket) * unit;
             let alpha = s.surface.alpha[a].max(crate::surface::KNOWN);
             *extra = kappa + *diagonal * (1.0 / alpha - 1.0);

@@ -93,13 +93,14 @@ impl<const D: usize> Fluid<D> {
                         &at,
                         u,
                         &mut displacement,
-                        |part, change| {
+                        |part, change, boundary| {
                             s.wall_forces[part] -= change * (mass / dt);
+                            report.contact_structure_work += mass * change.dot(&boundary);
                         },
                     );
                     let to = at + displacement;
-                    lost |= self.walls.parts.iter().any(|w| {
-                        let d = w.shape.surface_point(&to).distance;
+                    lost |= (0..self.walls.parts.len()).any(|part| {
+                        let d = self.walls.surface_point(part, &to, true).distance;
                         d < -0.5 * spacing && d > -3.0 * h
                     });
                 }
@@ -107,7 +108,7 @@ impl<const D: usize> Fluid<D> {
             }
             let carried = (accepted.velocities[a] + trial.velocities[a]) * (0.5 * dt);
             report.displacement_work -= mass * self.properties.gravity.dot(&(displacement - carried));
-            let to = at + displacement;
+            let to = s.neighbourhood.period.wrap(at + displacement);
             trial.positions[a] = to;
             let (low, high) = &self.properties.domain;
             let left = (0..D).any(|i| to[i] < low[i] || to[i] > high[i]);
@@ -137,7 +138,10 @@ impl<const D: usize> Fluid<D> {
         }
         let s = &self.scratch;
         let mass = self.properties.density * self.properties.particle_volume;
-        accounting::balance(&self.properties, mass, accepted, trial, report);
+        accounting::balance(&self.properties, &s.neighbourhood.period, mass, accepted, trial, report);
+        let own =
+            report.energy_change - report.structure_work - report.wall_work - report.contact_structure_work;
+        trial.energy_excess = (trial.energy_excess + own).max(0.0);
         report.structure_impulse = self
             .output
             .pair_reactions

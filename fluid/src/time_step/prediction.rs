@@ -72,10 +72,10 @@ impl<const D: usize> Fluid<D> {
         }
         let (walls, list) = (&self.walls, &s.neighbourhood.walls);
         s.wall_rate.clear();
-        if walls.parts.iter().any(|part| part.velocity != Vector::<D>::zeros()) {
+        if walls.velocities.iter().any(|u| *u != Vector::<D>::zeros()) {
             s.wall_rate.extend((0..accepted.len()).map(|a| {
                 let gradients = &s.neighbourhood.wall_gradients[list.range(a)];
-                let speed = |w: u32| walls.parts[walls.part_of[w as usize] as usize].velocity;
+                let speed = |w: u32| walls.velocities[w as usize];
                 list.of(a).iter().zip(gradients).map(|(&w, g)| 2.0 * g.dot(&speed(w))).sum::<f64>()
             }));
         }

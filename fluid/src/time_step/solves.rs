@@ -38,7 +38,8 @@ impl<const D: usize> Fluid<D> {
         let limits =
             Limits { tolerance: self.options.position_tolerance, iterations: self.options.iteration_limit };
         let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
-        report.position_solve = solve(&a, &s.right, q, limits, memory);
+        remove_mean_if(s.surface.is_closed(), &mut s.right);
+        report.position_solve = solve(&a, s.surface.is_closed(), &s.right, q, limits, memory);
         require(&report.position_solve, "position correction", time, limits)?;
         let limit = 0.1 * self.properties.spacing;
         let inverse_density = 1.0 / self.properties.density;
@@ -98,7 +99,8 @@ impl<const D: usize> Fluid<D> {
         let limits =
             Limits { tolerance: self.options.pressure_tolerance, iterations: self.options.iteration_limit };
         let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
-        report.pressure_solve = solve(&a, &s.right, p, limits, memory);
+        remove_mean_if(s.surface.is_closed(), &mut s.right);
+        report.pressure_solve = solve(&a, s.surface.is_closed(), &s.right, p, limits, memory);
         require(&report.pressure_solve, "pressure", time, limits)?;
         // An inexact solution can overshoot in energy; the multiple of it that is orthogonal to its residual cannot.
         let pb = parallel::sum(p.len(), |i| p[i] * s.right[i]);
@@ -110,9 +112,11 @@ impl<const D: usize> Fluid<D> {
     }
 }
 
-/// Solves `a x = right` for the unknown entries of `x` from where they stand; known ones become zero.
+/// Solves `a x = right` for the unknown entries of `x` from where they stand; known ones become zero. With nothing known, `closed`, `x` is known but
+/// for a constant, and its mean is zero.
 fn solve<const D: usize>(
     a: &PressureOperator<'_, D>,
+    closed: bool,
     right: &[f64],
     x: &mut [f64],
     limits: Limits,
@@ -120,9 +124,16 @@ fn solve<const D: usize>(
 ) -> Outcome {
     let (preconditioner, operator, solver) = memory;
     clear_known(x, a.free);
+    remove_mean_if(closed, x);
     conjugate_gradients::solve(
-        |p, out| a.apply(p, out, operator),
-        |r, z| preconditioner.apply(r, z),
+        |p, out| {
+            a.apply(p, out, operator);
+            remove_mean_if(closed, out);
+        },
+        |r, z| {
+            preconditioner.apply(r, z);
+            remove_mean_if(closed, z);
+        },
         right,
         x,
         limits,
@@ -135,6 +146,15 @@ fn clear_known(values: &mut [f64], free: &[bool]) {
         if !free {
             *value = 0.0;
         }
+    }
+}
+
+/// Where no pressure is known, in a closed or periodic domain, it is known but for a constant: its mean is zero then, and so is that of the
+/// equations, whose sum the operator cannot change but by the disorder of the particles.
+fn remove_mean_if(closed: bool, values: &mut [f64]) {
+    if closed {
+        let mean = parallel::sum(values.len(), |i| values[i]) / values.len() as f64;
+        values.iter_mut().for_each(|v| *v -= mean);
     }
 }
 

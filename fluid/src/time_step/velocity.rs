@@ -66,6 +66,11 @@ impl<const D: usize> Fluid<D> {
                 s.confidence.resize(p.len(), 1.0);
             } else {
                 velocity_correction::confidence(&s.neighbourhood, &s.corrections, &mut s.confidence);
+                velocity_correction::none_beside_moving_walls(
+                    &s.neighbourhood,
+                    &self.walls,
+                    &mut s.confidence,
+                );
             }
             let differences = s.difference.par_iter_mut().zip(&s.accelerations).zip(&s.confidence);
             differences.with_min_len(ROWS).for_each(|((d, a), phi)| *d = (*d - a) * (phi * dt));
@@ -74,10 +79,17 @@ impl<const D: usize> Fluid<D> {
                     0.5 * (s.predicted[a].norm_squared() - velocities[a].norm_squared())
                 }) + report.structure_work
                     + report.wall_work;
+            let kinetic = 0.5 * mass * parallel::sum(p.len(), |a| velocities[a].norm_squared());
+            let scale = mass * p.len() as f64 * self.reference_velocity.powi(2);
+            let strictness = velocity_correction::strictness(trial.energy_excess, kinetic, scale);
+            let fall = self.properties.gravity * (0.5 * dt * strictness);
+            let lifted = mass * parallel::sum(p.len(), |a| fall.dot(&(velocities[a] - s.predicted[a])));
+            let returned = report.viscous_work + velocity_correction::RETURNED * trial.energy_excess;
+            let budget = taken + lifted - strictness * returned;
             report.gradient_share = if paper {
                 1.0
             } else {
-                velocity_correction::admissible_share(mass, velocities, &s.difference, taken)
+                velocity_correction::admissible_share(mass, velocities, &s.difference, &fall, budget)
             };
             let theta = report.gradient_share;
             let corrected = velocities.par_iter_mut().zip(&s.difference).with_min_len(ROWS);

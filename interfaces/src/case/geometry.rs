@@ -45,15 +45,23 @@ impl AxisBox {
     }
 }
 
-/// A circle.
+/// A ball; in two dimensions a disc.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Circle {
-    /// Its centre (m).
+pub struct Ball {
+    /// Centre (m).
     pub centre: Vec<f64>,
-    /// Its radius (m).
+    /// Radius (m).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius: f64,
+}
+
+impl Ball {
+    /// The box that just holds it.
+    pub fn bounds(&self) -> AxisBox {
+        let shifted = |by: f64| self.centre.iter().map(|c| c + by).collect();
+        AxisBox { low: shifted(-self.radius), high: shifted(self.radius) }
+    }
 }
 
 /// A face of a box. In two dimensions `left`, `right`, `bottom` and `top`.
@@ -95,6 +103,29 @@ impl Face {
     /// Where the face stands on its axis (m).
     pub fn coordinate(self, of: &AxisBox) -> f64 {
         if self.sign() < 0.0 { of.low[self.axis()] } else { of.high[self.axis()] }
+    }
+}
+
+/// An axis of space.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third; three dimensions only.
+    Z,
+}
+
+impl Axis {
+    /// 0, 1 or 2.
+    pub fn index(self) -> usize {
+        match self {
+            Self::X => 0,
+            Self::Y => 1,
+            Self::Z => 2,
+        }
     }
 }
 

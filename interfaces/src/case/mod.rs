@@ -16,6 +16,7 @@ mod errors;
 pub mod geometry;
 mod nearest;
 pub mod numerics;
+pub mod region;
 mod resolve;
 pub mod resolved;
 mod schema;
@@ -24,7 +25,7 @@ mod tests;
 pub mod typed;
 
 pub use errors::{CaseError, CaseErrors};
-pub use geometry::{AxisBox, Circle, Face, Side, array};
+pub use geometry::{AxisBox, Ball, Face, Side, array};
 pub use resolved::Case;
 pub use schema::schema;
 

@@ -3,9 +3,11 @@
 
 use super::geometry::{AxisBox, Face};
 use super::numerics::GradientOperator;
+use super::region::{FluidVelocity, Region, RegionShape, greatest_speed};
 use super::resolved::{
     Assumption, Body, Case, Clamp, ClampRegion, Fluid, General, InitialVelocity, Load, LoadTarget, Material,
-    Probe, ProbeQuantity, ProbeTarget, Reference, Region, Slip, Start, Structure, Wall, WallShape,
+    MotionLaw, MotionPath, Probe, ProbeQuantity, ProbeTarget, Reference, Slip, Start, Structure, Wall,
+    WallMotion, WallShape,
 };
 use super::typed;
 
@@ -49,13 +51,18 @@ fn resolve_fluid(fluid: typed::Fluid, general: &General) -> Fluid {
         max_time_step: fluid.max_time_step.unwrap_or(general.output_interval),
         characteristic_speed,
         domain: fluid.domain,
+        periodic: fluid.periodic,
         regions: fluid
             .region
             .into_iter()
             .map(|region| Region {
+                shape: region_shape(&region).expect("the check wants a box or a ball"),
                 name: region.name,
-                bounds: region.bounds,
-                velocity: region.velocity.unwrap_or_else(zero),
+                velocity: region.velocity.unwrap_or_else(|| FluidVelocity::Uniform(zero())),
+                velocity_gradient: region
+                    .velocity_gradient
+                    .unwrap_or_else(|| vec![zero(); general.dimension]),
+                wave: region.wave,
                 jitter: region.jitter,
                 seed: region.seed,
             })
@@ -72,10 +79,20 @@ fn resolve_fluid(fluid: typed::Fluid, general: &General) -> Fluid {
                 },
                 slip: wall.slip.unwrap_or(Slip::FreeSlip),
                 velocity: wall.velocity.unwrap_or_else(zero),
+                motion: wall.motion.map(resolve_motion),
             })
             .collect(),
         numerics: fluid.numerics.resolve(),
         participant: resolve_participant(fluid.participant),
+    }
+}
+
+/// The shape of a region that has one.
+pub(super) fn region_shape(region: &typed::Region) -> Option<RegionShape> {
+    match (&region.bounds, &region.ball) {
+        (Some(bounds), _) => Some(RegionShape::Box { bounds: bounds.clone() }),
+        (None, Some(ball)) => Some(RegionShape::Ball { ball: ball.clone() }),
+        (None, None) => None,
     }
 }
 
@@ -94,13 +111,34 @@ pub(super) fn default_characteristic_speed(fluid: &typed::Fluid, gravity: &[f64]
                 .sum::<f64>()
                 / g
         };
-        let low =
-            fluid.region.iter().map(|region| reach(&region.bounds, false)).fold(f64::INFINITY, f64::min);
-        let high =
-            fluid.region.iter().map(|region| reach(&region.bounds, true)).fold(f64::NEG_INFINITY, f64::max);
+        let shapes: Vec<AxisBox> =
+            fluid.region.iter().filter_map(region_shape).map(|shape| shape.bounds()).collect();
+        let low = shapes.iter().map(|bounds| reach(bounds, false)).fold(f64::INFINITY, f64::min);
+        let high = shapes.iter().map(|bounds| reach(bounds, true)).fold(f64::NEG_INFINITY, f64::max);
         (g * (high - low)).sqrt()
     } else {
-        fluid.region.iter().filter_map(|region| region.velocity.as_deref()).map(norm).fold(0.0, f64::max)
+        let of = |region: &typed::Region| {
+            let shape = region_shape(region);
+            greatest_speed(region.velocity.as_ref(), region.velocity_gradient.as_deref(), shape.as_ref())
+        };
+        fluid.region.iter().map(of).fold(0.0, f64::max)
+    }
+}
+
+fn resolve_motion(motion: typed::WallMotion) -> WallMotion {
+    WallMotion {
+        path: match (motion.direction, motion.pivot) {
+            (Some(direction), _) => MotionPath::Along { direction },
+            (None, Some(pivot)) => MotionPath::About { pivot },
+            (None, None) => unreachable!("the check wants a direction or a pivot"),
+        },
+        law: match (motion.table, motion.amplitude, motion.period) {
+            (Some(table), ..) => MotionLaw::Table { table },
+            (None, Some(amplitude), Some(period)) => {
+                MotionLaw::Sine { amplitude, period, phase: motion.phase.unwrap_or(0.0) }
+            }
+            _ => unreachable!("the check wants a table, or amplitude and period"),
+        },
     }
 }
 
@@ -159,7 +197,7 @@ fn resolve_clamp(clamp: typed::Clamp, gradient: GradientOperator) -> Clamp {
     let region = match (clamp.face, clamp.bounds, clamp.circle) {
         (Some(face), ..) => ClampRegion::Face { face, rows },
         (None, Some(bounds), _) => ClampRegion::Box { bounds },
-        (None, None, Some(circle)) => ClampRegion::Circle { circle },
+        (None, None, Some(circle)) => ClampRegion::Ball { circle },
         (None, None, None) => unreachable!("the check wants a face, a box or a circle"),
     };
     Clamp { name: clamp.name, body: clamp.body, region }
@@ -189,6 +227,9 @@ fn resolve_probe(probe: &typed::Probe, file: &typed::CaseFile) -> Probe {
     let target = match (probe.on, probe.quantity) {
         (typed::ProbeSide::Structure, ProbeQuantity::Force) => ProbeTarget::Body(body()),
         (typed::ProbeSide::Structure, _) => ProbeTarget::StructurePoint { body: body(), at: point() },
+        (typed::ProbeSide::Fluid, quantity) if quantity.is_of_a_box() => {
+            ProbeTarget::FluidBox(probe.bounds.clone())
+        }
         (typed::ProbeSide::Fluid, _) => ProbeTarget::FluidPoint(point()),
         (typed::ProbeSide::Wall, ProbeQuantity::Force) => ProbeTarget::Wall(wall()),
         (typed::ProbeSide::Wall, _) => ProbeTarget::WallPoint { wall: wall(), at: point() },
@@ -213,7 +254,7 @@ impl Clamp {
     pub fn rows_box(&self, body: &AxisBox, cell: f64) -> Option<AxisBox> {
         match &self.region {
             ClampRegion::Face { face, rows } => Some(beyond(body, *face, *rows as f64 * cell)),
-            ClampRegion::Box { .. } | ClampRegion::Circle { .. } => None,
+            ClampRegion::Box { .. } | ClampRegion::Ball { .. } => None,
         }
     }
 }

@@ -1,8 +1,9 @@
 //! The case as resolved: checked, every default filled in, nothing optional left. Plain data; the solvers make particles of it.
 
 use super::coupling::Coupling;
-use super::geometry::{AxisBox, Circle, Face, Side};
+use super::geometry::{Axis, AxisBox, Ball, Face, Side};
 use super::numerics::{FluidNumerics, StructureNumerics};
+pub use super::region::{FluidVelocity, Region, RegionShape};
 use super::typed;
 use crate::{Scalar, ScalarKind};
 use schemars::JsonSchema;
@@ -68,6 +69,8 @@ pub struct Fluid {
     pub characteristic_speed: f64,
     /// Where particles live: one that leaves this box has left the run.
     pub domain: AxisBox,
+    /// Axes along which the domain repeats.
+    pub periodic: Vec<Axis>,
     /// Water at the start.
     #[serde(rename = "region")]
     pub regions: Vec<Region>,
@@ -80,23 +83,7 @@ pub struct Fluid {
     pub participant: Start,
 }
 
-/// `[[fluid.region]]`: a box full of fluid at the start.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Region {
-    /// Name.
-    pub name: String,
-    /// Its box.
-    #[serde(rename = "box")]
-    pub bounds: AxisBox,
-    /// Velocity at the start (m/s).
-    pub velocity: Vec<f64>,
-    /// Random displacement of its particles from the lattice, at most this times Δx along each axis.
-    pub jitter: f64,
-    /// Seed of the random displacement.
-    pub seed: u32,
-}
-
-/// `[[fluid.wall]]`: a rigid wall that stays in its place.
+/// `[[fluid.wall]]`: a rigid wall.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Wall {
     /// Name.
@@ -106,8 +93,58 @@ pub struct Wall {
     pub shape: WallShape,
     /// What the fluid's tangential velocity does at it.
     pub slip: Slip,
-    /// Velocity of its surface (m/s): a belt, a lid. The wall stays where it is.
+    /// Velocity of its surface (m/s) along itself: a belt, a lid.
     pub velocity: Vec<f64>,
+    /// How the wall moves, if it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<WallMotion>,
+}
+
+/// How a wall moves: a number over time along a direction or about a pivot.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WallMotion {
+    /// Where it leads.
+    #[serde(flatten)]
+    pub path: MotionPath,
+    /// The number over time: m or rad.
+    #[serde(flatten)]
+    pub law: MotionLaw,
+}
+
+/// Where a motion leads.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum MotionPath {
+    /// Along a line.
+    Along {
+        /// Direction, of any length.
+        direction: Vec<f64>,
+    },
+    /// About a point, in three dimensions the line through it along z.
+    About {
+        /// The point (m).
+        pivot: Vec<f64>,
+    },
+}
+
+/// A number over time.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum MotionLaw {
+    /// A smooth curve through pairs of time (s) and value, at rest before and after.
+    Table {
+        /// The pairs.
+        table: Vec<[f64; 2]>,
+    },
+    /// `amplitude · (sin(2πt/period + phase) − sin(phase))`.
+    Sine {
+        /// Amplitude.
+        amplitude: f64,
+        /// Period (s).
+        period: f64,
+        /// Phase (rad).
+        phase: f64,
+    },
 }
 
 /// Shape of a wall.
@@ -284,9 +321,9 @@ pub enum ClampRegion {
         bounds: AxisBox,
     },
     /// The body ends on the circle's arc, and points of the arc are fixed.
-    Circle {
+    Ball {
         /// The circle.
-        circle: Circle,
+        circle: Ball,
     },
 }
 
@@ -362,6 +399,8 @@ pub enum ProbeTarget {
     Body(String),
     /// A point of space in the fluid (m): pressure, velocity.
     FluidPoint(Vec<f64>),
+    /// The fluid in a box, or all of it: extent, centroid, spread.
+    FluidBox(Option<AxisBox>),
     /// A point on a wall (m): pressure.
     WallPoint {
         /// The wall.
@@ -387,6 +426,16 @@ pub enum ProbeQuantity {
     Pressure,
     /// Total force of the fluid (N; in two dimensions N per metre of depth): `fx`, `fy`, `fz`.
     Force,
+    /// Outermost fluid (m), half a spacing beyond its particle's centre, particles that fly alone left out: `left`, `right`, `bottom`, `top`,
+    /// `back`, `front`. A box without fluid has its faces exchanged.
+    Extent,
+    /// Centroid (m): `x`, `y`, `z`; zero without fluid.
+    Centroid,
+    /// Standard deviation of position along each axis (m), half the semi-axis of an ellipse: `sx`, `sy`, `sz`.
+    Spread,
+    /// Departure of the pressure from ρ g·(r − r₀), r₀ a point of the level surface, over the greatest of it (1): of all fluid deeper than one
+    /// spacing, `max`, the largest magnitude, and `rms`.
+    HydrostaticError,
 }
 
 impl ProbeQuantity {
@@ -398,16 +447,26 @@ impl ProbeQuantity {
             Self::Velocity => &["vx", "vy", "vz"][..dimension],
             Self::Pressure => &["p"],
             Self::Force => &["fx", "fy", "fz"][..dimension],
+            Self::Extent => &["left", "right", "bottom", "top", "back", "front"][..2 * dimension],
+            Self::Centroid => &["x", "y", "z"][..dimension],
+            Self::Spread => &["sx", "sy", "sz"][..dimension],
+            Self::HydrostaticError => &["max", "rms"],
         }
+    }
+
+    /// Whether it is of the fluid in a box, and of no point.
+    pub fn is_of_a_box(self) -> bool {
+        matches!(self, Self::Extent | Self::Centroid | Self::Spread)
     }
 
     /// Its SI unit, in two dimensions that of one metre of depth.
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Displacement | Self::Position => "m",
+            Self::Displacement | Self::Position | Self::Extent | Self::Centroid | Self::Spread => "m",
             Self::Velocity => "m/s",
             Self::Pressure => "Pa",
             Self::Force => "N",
+            Self::HydrostaticError => "1",
         }
     }
 }
@@ -421,6 +480,10 @@ impl fmt::Display for ProbeQuantity {
             Self::Velocity => "velocity",
             Self::Pressure => "pressure",
             Self::Force => "force",
+            Self::Extent => "extent",
+            Self::Centroid => "centroid",
+            Self::Spread => "spread",
+            Self::HydrostaticError => "hydrostatic-error",
         })
     }
 }

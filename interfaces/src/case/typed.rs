@@ -2,8 +2,9 @@
 //! (descriptions included) is made of these types, and `super::conform` holds the text against that schema.
 
 use super::coupling::CouplingKeys;
-use super::geometry::{AxisBox, Circle, Face, Side};
+use super::geometry::{Axis, AxisBox, Ball, Face, Side};
 use super::numerics::{FluidNumericsKeys, StructureNumericsKeys};
+use super::region::{FluidVelocity, StandingWave};
 use super::resolved::{self, Assumption, InitialVelocity, MaterialLaw, ProbeQuantity, ProbeTarget, Slip};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -74,7 +75,10 @@ pub struct Fluid {
     pub characteristic_speed: Option<f64>,
     /// Where particles live: one that leaves this box has left the run.
     pub domain: AxisBox,
-    /// Boxes full of fluid at the start.
+    /// Axes along which the domain repeats; none if left out.
+    #[serde(default)]
+    pub periodic: Vec<Axis>,
+    /// Boxes and balls full of fluid at the start.
     #[serde(default)]
     pub region: Vec<Region>,
     /// Rigid walls.
@@ -88,7 +92,7 @@ pub struct Fluid {
     pub participant: Participant,
 }
 
-/// A box full of fluid at the start.
+/// A box or a ball full of fluid at the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Region {
@@ -96,9 +100,15 @@ pub struct Region {
     pub name: String,
     /// Its box.
     #[serde(rename = "box")]
-    pub bounds: AxisBox,
-    /// Velocity at the start (m/s); at rest if left out.
-    pub velocity: Option<Vec<f64>>,
+    pub bounds: Option<AxisBox>,
+    /// Its ball; in two dimensions a disc.
+    pub ball: Option<Ball>,
+    /// Velocity at the start: a vector (m/s) or a shape; at rest if left out.
+    pub velocity: Option<FluidVelocity>,
+    /// Gradient of the velocity at the start (1/s), row by row: G·r is added to the velocity, r from the region's centre.
+    pub velocity_gradient: Option<Vec<Vec<f64>>>,
+    /// A standing wave at rest at its greatest height, on the box's upper face; two dimensions only.
+    pub wave: Option<StandingWave>,
     /// Random displacement of its particles from the lattice, at most this times Δx along each axis.
     #[serde(default)]
     #[schemars(extend("minimum" = 0, "maximum" = 0.5))]
@@ -108,7 +118,7 @@ pub struct Region {
     pub seed: u32,
 }
 
-/// A rigid wall that stays in its place: a solid box, or the border of a solid as a polyline.
+/// A rigid wall: a solid box, or the border of a solid as a polyline.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Wall {
@@ -123,8 +133,29 @@ pub struct Wall {
     pub solid_side: Option<Side>,
     /// Tangential velocity at the wall; free-slip if left out.
     pub slip: Option<Slip>,
-    /// Velocity of its surface (m/s): a belt, a lid. At rest if left out.
+    /// Velocity of its surface (m/s) along itself: a belt, a lid. At rest if left out.
     pub velocity: Option<Vec<f64>>,
+    /// How the wall moves: a gate that lifts, a tank that rolls. It stays in its place if left out.
+    pub motion: Option<WallMotion>,
+}
+
+/// A number over time, from a `table` or a sine (`amplitude`, `period`), times a `direction` (m) or about a `pivot` (rad).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WallMotion {
+    /// Direction along which the wall moves; its length does not count.
+    pub direction: Option<Vec<f64>>,
+    /// Point about which the wall turns from x to y (m); in three dimensions about the line through it along z.
+    pub pivot: Option<Vec<f64>>,
+    /// Pairs of time (s) and distance (m) or angle (rad), a smooth curve between; at rest before and after.
+    pub table: Option<Vec<[f64; 2]>>,
+    /// Amplitude of a sine (m or rad).
+    pub amplitude: Option<f64>,
+    /// Period of the sine (s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub period: Option<f64>,
+    /// Phase of the sine (rad): amplitude · (sin(2πt/period + phase) − sin(phase)); 0 if left out.
+    pub phase: Option<f64>,
 }
 
 /// Who solves a side: `start` or `command`.
@@ -243,8 +274,8 @@ pub struct Clamp {
     /// Box in which the body's particles are fixed.
     #[serde(rename = "box")]
     pub bounds: Option<AxisBox>,
-    /// Circle on whose arc the body ends, held there: what of the body is inside is left out; two dimensions only.
-    pub circle: Option<Circle>,
+    /// Ball on whose arc the body ends, held there: what of the body is inside is left out; two dimensions only.
+    pub circle: Option<Ball>,
 }
 
 /// A force that keeps its direction (a dead load): on a `face`, at a point (`at`), or, with neither, in the whole body.
@@ -278,6 +309,9 @@ pub struct Probe {
     /// The point (m), on the structure in the reference configuration; none for a force.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Vec<f64>>,
+    /// Box in which the fluid's extent, centroid or spread is taken; all of the fluid if left out.
+    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<AxisBox>,
     /// The body, where the structure has more than one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
@@ -292,7 +326,7 @@ pub struct Probe {
 pub enum ProbeSide {
     /// The structure: displacement, position and velocity at a point; force of the fluid on a body.
     Structure,
-    /// The fluid: pressure and velocity at a point.
+    /// The fluid: pressure and velocity at a point; extent, centroid and spread of the fluid in a box.
     Fluid,
     /// A wall: pressure at a point; force of the fluid on the wall.
     Wall,
@@ -330,13 +364,27 @@ impl From<resolved::Start> for Participant {
 
 impl From<resolved::Probe> for Probe {
     fn from(probe: resolved::Probe) -> Self {
-        let (on, at, body, wall) = match probe.target {
-            ProbeTarget::StructurePoint { body, at } => (ProbeSide::Structure, Some(at), Some(body), None),
-            ProbeTarget::Body(body) => (ProbeSide::Structure, None, Some(body), None),
-            ProbeTarget::FluidPoint(at) => (ProbeSide::Fluid, Some(at), None, None),
-            ProbeTarget::WallPoint { wall, at } => (ProbeSide::Wall, Some(at), None, Some(wall)),
-            ProbeTarget::Wall(wall) => (ProbeSide::Wall, None, None, Some(wall)),
+        let empty = Self {
+            name: probe.name,
+            on: ProbeSide::Fluid,
+            quantity: probe.quantity,
+            at: None,
+            bounds: None,
+            body: None,
+            wall: None,
         };
-        Self { name: probe.name, on, quantity: probe.quantity, at, body, wall }
+        let (structure, wall_side) = (ProbeSide::Structure, ProbeSide::Wall);
+        match probe.target {
+            ProbeTarget::StructurePoint { body, at } => {
+                Self { on: structure, at: Some(at), body: Some(body), ..empty }
+            }
+            ProbeTarget::Body(body) => Self { on: structure, body: Some(body), ..empty },
+            ProbeTarget::FluidPoint(at) => Self { at: Some(at), ..empty },
+            ProbeTarget::FluidBox(bounds) => Self { bounds, ..empty },
+            ProbeTarget::WallPoint { wall, at } => {
+                Self { on: wall_side, at: Some(at), wall: Some(wall), ..empty }
+            }
+            ProbeTarget::Wall(wall) => Self { on: wall_side, wall: Some(wall), ..empty },
+        }
     }
 }

@@ -292,7 +292,7 @@ fn draw_mark(text: &mut String, area: &Area, index: usize, label: &str, mark: &M
     );
 }
 
-/// Circle, square, triangle or diamond: marks differ without their colour.
+/// Ball, square, triangle or diamond: marks differ without their colour.
 fn mark_shape(index: usize, x: f64, y: f64) -> String {
     let (l, r, t, b) = (x - 4.5, x + 4.5, y - 4.5, y + 4.5);
     match index % 4 {

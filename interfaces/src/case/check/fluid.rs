@@ -1,8 +1,9 @@
 //! The fluid by itself.
 
 use super::{Findings, check_box, check_filled_box, check_names, check_participant, is_own};
-use crate::case::resolve::default_characteristic_speed;
-use crate::case::typed::{Fluid, General, Wall};
+use crate::case::region::FluidVelocity;
+use crate::case::resolve::{default_characteristic_speed, region_shape};
+use crate::case::typed::{Fluid, General, Region, Wall, WallMotion};
 
 pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     let spacing = fluid.particle_spacing.unwrap_or(case.particle_spacing);
@@ -10,10 +11,14 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     check_names("fluid.wall", fluid.wall.iter().map(|wall| wall.name.as_str()), findings);
     check_participant("fluid", &fluid.participant, findings);
     let domain_is_box = check_box("fluid.domain", &fluid.domain, findings);
+    check_periodic(fluid, spacing, case.dimension, findings);
     for (i, region) in fluid.region.iter().enumerate() {
-        let key = format!("fluid.region.{i}.box");
-        check_filled_box(&key, &region.bounds, spacing, findings);
-        let (domain, bounds) = (&fluid.domain, &region.bounds);
+        let key = format!("fluid.region.{i}");
+        check_region(&key, region, case.dimension, findings);
+        let Some(shape) = region_shape(region) else { continue };
+        let key = format!("{key}.{}", if region.bounds.is_some() { "box" } else { "ball" });
+        let (domain, bounds) = (&fluid.domain, &shape.bounds());
+        check_filled_box(&key, bounds, spacing, findings);
         let outside = bounds.low.iter().zip(&domain.low).any(|(region, domain)| region < domain)
             || bounds.high.iter().zip(&domain.high).any(|(region, domain)| region > domain);
         if domain_is_box && outside {
@@ -22,6 +27,9 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     }
     for (i, wall) in fluid.wall.iter().enumerate() {
         check_wall(&format!("fluid.wall.{i}"), wall, case.dimension, findings);
+        if let Some(motion) = &wall.motion {
+            check_motion(&format!("fluid.wall.{i}.motion"), motion, findings);
+        }
     }
     if fluid.region.is_empty() && is_own(&fluid.participant) {
         findings.add("fluid", "there is no fluid in it", "add a [[fluid.region]]");
@@ -42,6 +50,45 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     }
 }
 
+/// Two supports of the widest kernel in use, 2 · 1.2 Δx, as room for one: a pair of particles meets once.
+fn check_periodic(fluid: &Fluid, spacing: f64, dimension: u32, findings: &mut Findings) {
+    for (i, axis) in fluid.periodic.iter().enumerate() {
+        let key = format!("fluid.periodic.{i}");
+        let index = axis.index();
+        if index >= dimension as usize {
+            findings.add(key, "is an axis in three dimensions", "take \"x\" or \"y\"");
+            continue;
+        }
+        if fluid.periodic[..i].contains(axis) {
+            findings.add(key, "is there already", "leave it out");
+            continue;
+        }
+        let length = fluid.domain.high[index] - fluid.domain.low[index];
+        let least = 4.0 * fluid.numerics.resolve().smoothing_ratio * spacing;
+        if length < least {
+            findings.add(
+                key,
+                format!("fluid.domain is too short to repeat: {length} m"),
+                format!("take at least four smoothing lengths, {least} m"),
+            );
+        }
+    }
+}
+
+fn check_region(key: &str, region: &Region, dimension: u32, findings: &mut Findings) {
+    match (&region.bounds, &region.ball) {
+        (Some(_), Some(_)) => findings.add(key, "has both box and ball", "make two regions of it"),
+        (None, None) => findings.add(key, "has no shape", "add box or ball"),
+        _ => {}
+    }
+    if region.wave.is_some() && (dimension != 2 || region.bounds.is_none()) {
+        findings.add(format!("{key}.wave"), "is for a box in two dimensions", "leave it out");
+    }
+    if dimension != 2 && matches!(region.velocity, Some(FluidVelocity::Mode(_))) {
+        findings.add(format!("{key}.velocity"), "has a shape for two dimensions", "give a vector (m/s)");
+    }
+}
+
 fn check_wall(key: &str, wall: &Wall, dimension: u32, findings: &mut Findings) {
     match (&wall.bounds, &wall.polyline) {
         (Some(_), Some(_)) => findings.add(key, "has both box and polyline", "make two walls of it"),
@@ -53,6 +100,34 @@ fn check_wall(key: &str, wall: &Wall, dimension: u32, findings: &mut Findings) {
             }
         }
         (None, Some(points)) => check_polyline(key, wall, points, dimension, findings),
+    }
+}
+
+fn check_motion(key: &str, motion: &WallMotion, findings: &mut Findings) {
+    match (&motion.direction, &motion.pivot) {
+        (Some(_), Some(_)) => findings.add(key, "has both direction and pivot", "leave one of them out"),
+        (None, None) => findings.add(key, "leads nowhere", "add direction or pivot"),
+        (Some(direction), None) if direction.iter().all(|x| *x == 0.0) => {
+            findings.add(format!("{key}.direction"), "is zero", "give a vector with a direction");
+        }
+        _ => {}
+    }
+    let sine = motion.amplitude.is_some() || motion.period.is_some() || motion.phase.is_some();
+    match &motion.table {
+        Some(_) if sine => findings.add(key, "has both a table and a sine", "leave one of them out"),
+        None if motion.amplitude.is_none() || motion.period.is_none() => {
+            findings.add(key, "has no law over time", "add table, or amplitude and period");
+        }
+        None => {}
+        Some(table) => {
+            if table.len() < 2 {
+                findings.add(format!("{key}.table"), "has fewer than two rows", "write [[t, value], ...]");
+            }
+            if let Some(k) = table.windows(2).position(|pair| pair[0][0] >= pair[1][0]) {
+                let key = format!("{key}.table.{}", k + 1);
+                findings.add(key, "is not later than the row before", "let times grow");
+            }
+        }
     }
 }
 

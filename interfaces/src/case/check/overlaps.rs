@@ -3,7 +3,8 @@
 use super::Findings;
 use crate::case::geometry::{AxisBox, Side};
 use crate::case::resolve::beyond;
-use crate::case::typed::{CaseFile, Fluid, Wall};
+use crate::case::typed::{CaseFile, Fluid, Region, Wall};
+use std::borrow::Cow;
 
 /// Depth of an overlap that counts, as a fraction of the particle spacing: over round-off in coordinates that are meant to be the same, and far
 /// under what a particle would notice.
@@ -13,11 +14,26 @@ const TOLERANCE: f64 = 0.01;
 struct Part<'a> {
     key: String,
     what: String,
-    bounds: &'a AxisBox,
+    bounds: Cow<'a, AxisBox>,
 }
 
 fn part<'a>(list: &str, index: usize, what: &str, name: &str, bounds: &'a AxisBox) -> Part<'a> {
-    Part { key: format!("{list}.{index}.box"), what: format!("the {what} \"{name}\""), bounds }
+    let what = format!("the {what} \"{name}\"");
+    Part { key: format!("{list}.{index}.box"), what, bounds: Cow::Borrowed(bounds) }
+}
+
+/// The box that holds the region: a ball counts as that, too.
+fn region_part(index: usize, region: &Region) -> Option<Part<'_>> {
+    let part = |bounds| part("fluid.region", index, "region", &region.name, bounds);
+    match (&region.bounds, &region.ball) {
+        (Some(bounds), _) => Some(part(bounds)),
+        (None, Some(ball)) => Some(Part {
+            key: format!("fluid.region.{index}.ball"),
+            what: format!("the region \"{}\"", region.name),
+            bounds: Cow::Owned(ball.bounds()),
+        }),
+        (None, None) => None,
+    }
 }
 
 pub(super) fn check(file: &CaseFile, findings: &mut Findings) {
@@ -55,7 +71,7 @@ fn fluid_parts(fluid: &Fluid) -> (Vec<Part<'_>>, Vec<Part<'_>>) {
     let regions = fluid.region.iter().enumerate();
     let walls = fluid.wall.iter().enumerate().filter_map(|(i, wall)| Some((i, wall, wall.bounds.as_ref()?)));
     (
-        regions.map(|(i, region)| part("fluid.region", i, "region", &region.name, &region.bounds)).collect(),
+        regions.filter_map(|(i, region)| region_part(i, region)).collect(),
         walls.map(|(i, wall, bounds)| part("fluid.wall", i, "wall", &wall.name, bounds)).collect(),
     )
 }
@@ -71,7 +87,7 @@ fn report(part: &Part<'_>, other: &Part<'_>, findings: &mut Findings) {
 fn among(parts: &[Part<'_>], tolerance: f64, findings: &mut Findings) {
     for (i, part) in parts.iter().enumerate() {
         for other in &parts[..i] {
-            if part.bounds.overlaps(other.bounds, tolerance) {
+            if part.bounds.overlaps(&other.bounds, tolerance) {
                 report(part, other, findings);
             }
         }
@@ -81,7 +97,7 @@ fn among(parts: &[Part<'_>], tolerance: f64, findings: &mut Findings) {
 fn between(parts: &[Part<'_>], others: &[Part<'_>], tolerance: f64, findings: &mut Findings) {
     for part in parts {
         for other in others {
-            if part.bounds.overlaps(other.bounds, tolerance) {
+            if part.bounds.overlaps(&other.bounds, tolerance) {
                 report(part, other, findings);
             }
         }
@@ -102,7 +118,7 @@ fn clamps_in_fluid(file: &CaseFile, regions: &[Part<'_>], tolerance: f64, findin
         let rows = clamp.rows.map_or(structure.numerics.gradient.clamp_rows(), |rows| rows as usize);
         let depth = rows as f64 * body.bounds.extent()[face.axis()] / cells;
         let rows = beyond(&body.bounds, face, depth);
-        for region in regions.iter().filter(|region| rows.overlaps(region.bounds, tolerance)) {
+        for region in regions.iter().filter(|region| rows.overlaps(&region.bounds, tolerance)) {
             findings.add(
                 format!("structure.clamp.{i}"),
                 format!("its fixed rows lie in {}", region.what),
@@ -122,7 +138,7 @@ fn beside_polylines(region: &Part<'_>, walls: &[Wall], tolerance: f64, findings:
     for (i, wall) in walls.iter().enumerate() {
         let (Some(points), Some(side)) = (&wall.polyline, wall.solid_side) else { continue };
         for segment in points.windows(2).filter(|segment| segment[0].len() == 2 && centre.len() == 2) {
-            if passes_through(&segment[0], &segment[1], region.bounds, tolerance) && !cut {
+            if passes_through(&segment[0], &segment[1], &region.bounds, tolerance) && !cut {
                 cut = true;
                 findings.add(
                     region.key.as_str(),

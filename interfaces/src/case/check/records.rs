@@ -1,7 +1,7 @@
 //! Probes and references.
 
 use super::structure::remedy_for_name;
-use super::{Findings, check_names};
+use super::{Findings, check_box, check_names};
 use crate::case::nearest::nearest;
 use crate::case::resolved::ProbeQuantity;
 use crate::case::typed::{CaseFile, Probe, ProbeSide, Reference, Wall};
@@ -33,10 +33,21 @@ fn check_probe(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Finding
                 ProbeQuantity::Force,
             ],
         ),
-        ProbeSide::Fluid => ("the fluid", &[ProbeQuantity::Pressure, ProbeQuantity::Velocity]),
+        ProbeSide::Fluid => (
+            "the fluid",
+            &[
+                ProbeQuantity::Pressure,
+                ProbeQuantity::Velocity,
+                ProbeQuantity::Extent,
+                ProbeQuantity::Centroid,
+                ProbeQuantity::Spread,
+                ProbeQuantity::HydrostaticError,
+            ],
+        ),
         ProbeSide::Wall => ("a wall", &[ProbeQuantity::Pressure, ProbeQuantity::Force]),
     };
     let force = probe.quantity == ProbeQuantity::Force;
+    let of_a_box = probe.quantity.is_of_a_box();
     if !quantities.contains(&probe.quantity) {
         let there: Vec<_> = quantities.iter().map(|quantity| format!("\"{quantity}\"")).collect();
         let problem = format!("is not recorded on {side}");
@@ -47,8 +58,22 @@ fn check_probe(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Finding
             "is not for a force, which is the sum over the whole",
             "leave it out",
         );
-    } else if !force && probe.at.is_none() {
+    } else if of_a_box && probe.at.is_some() {
+        findings.add(
+            format!("{key}.at"),
+            "is not for what is taken of all the fluid in a box",
+            "leave it out, or write the box",
+        );
+    } else if !force && !of_a_box && probe.at.is_none() {
         findings.add(format!("{key}.at"), "is missing", "add the point (m)");
+    }
+    if let Some(bounds) = &probe.bounds {
+        if of_a_box {
+            check_box(&format!("{key}.box"), bounds, findings);
+        } else {
+            let remedy = "leave it out; there are boxes for \"extent\", \"centroid\", \"spread\"";
+            findings.add(format!("{key}.box"), "does not go with the quantity", remedy);
+        }
     }
     for (name, given, on) in
         [("body", &probe.body, ProbeSide::Structure), ("wall", &probe.wall, ProbeSide::Wall)]

@@ -2,6 +2,7 @@
 
 use super::Findings;
 use crate::case::geometry::AxisBox;
+use crate::case::region::FluidVelocity;
 use crate::case::resolved::InitialVelocity;
 use crate::case::typed::CaseFile;
 
@@ -17,8 +18,18 @@ pub(super) fn check(file: &mut CaseFile, findings: &mut Findings) {
     if let Some(fluid) = &mut file.fluid {
         vectors.bounds("fluid.domain", &mut fluid.domain);
         for (i, region) in fluid.region.iter_mut().enumerate() {
-            vectors.bounds(&format!("fluid.region.{i}.box"), &mut region.bounds);
-            vectors.optional(&format!("fluid.region.{i}.velocity"), &mut region.velocity);
+            if let Some(bounds) = &mut region.bounds {
+                vectors.bounds(&format!("fluid.region.{i}.box"), bounds);
+            }
+            if let Some(ball) = &mut region.ball {
+                vectors.vector(&format!("fluid.region.{i}.ball.centre"), &mut ball.centre);
+            }
+            if let Some(FluidVelocity::Uniform(v)) = &mut region.velocity {
+                vectors.vector(&format!("fluid.region.{i}.velocity"), v);
+            }
+            if let Some(gradient) = &mut region.velocity_gradient {
+                vectors.square(&format!("fluid.region.{i}.velocity_gradient"), gradient);
+            }
         }
         for (i, wall) in fluid.wall.iter_mut().enumerate() {
             if let Some(bounds) = &mut wall.bounds {
@@ -28,6 +39,10 @@ pub(super) fn check(file: &mut CaseFile, findings: &mut Findings) {
                 vectors.vector(&format!("fluid.wall.{i}.polyline.{k}"), point);
             }
             vectors.optional(&format!("fluid.wall.{i}.velocity"), &mut wall.velocity);
+            if let Some(motion) = &mut wall.motion {
+                vectors.optional(&format!("fluid.wall.{i}.motion.direction"), &mut motion.direction);
+                vectors.optional(&format!("fluid.wall.{i}.motion.pivot"), &mut motion.pivot);
+            }
         }
     }
     if let Some(structure) = &mut file.structure {
@@ -60,6 +75,9 @@ pub(super) fn check(file: &mut CaseFile, findings: &mut Findings) {
     }
     for (i, probe) in file.probe.iter_mut().enumerate() {
         vectors.optional(&format!("probe.{i}.at"), &mut probe.at);
+        if let Some(bounds) = &mut probe.bounds {
+            vectors.bounds(&format!("probe.{i}.box"), bounds);
+        }
     }
 }
 
@@ -72,6 +90,20 @@ impl Vectors<'_> {
                 format!("write {} numbers", self.dimension),
             );
             *vector = vec![f64::NAN; self.dimension];
+        }
+    }
+
+    fn square(&mut self, key: &str, matrix: &mut Vec<Vec<f64>>) {
+        if matrix.len() != self.dimension {
+            self.findings.add(
+                key,
+                format!("has {} rows in {} dimensions", matrix.len(), self.dimension),
+                format!("write {} rows", self.dimension),
+            );
+            *matrix = vec![vec![f64::NAN; self.dimension]; self.dimension];
+        }
+        for (i, row) in matrix.iter_mut().enumerate() {
+            self.vector(&format!("{key}.{i}"), row);
         }
     }
 

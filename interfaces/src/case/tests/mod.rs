@@ -93,7 +93,15 @@ fn shipped(name: &str) -> PathBuf {
 
 #[test]
 fn shipped_cases_load_and_what_is_resolved_reads_back() {
-    for name in ["elastic_gate", "hydrostatic_tank", "oscillating_plate"] {
+    for name in [
+        "dam_break",
+        "elastic_gate",
+        "elliptical_drop",
+        "hydrostatic_tank",
+        "oscillating_plate",
+        "standing_wave",
+        "taylor_green",
+    ] {
         let case = Case::load(&shipped(name), &[]).unwrap();
         let again = parse(&case.to_toml(), &[]).unwrap();
         assert_eq!(case, again, "{name}:\n{}", case.to_toml());
@@ -106,7 +114,7 @@ fn shipped_cases_load_and_what_is_resolved_reads_back() {
 fn the_gate_is_as_the_benchmark_has_it() {
     let case = Case::load(&shipped("elastic_gate").join("case.toml"), &[]).unwrap();
     let (fluid, structure) = (case.fluid.unwrap(), case.structure.unwrap());
-    assert_eq!(fluid.regions[0].bounds.lattice_counts(fluid.particle_spacing), [80, 112]);
+    assert_eq!(fluid.regions[0].shape.bounds().lattice_counts(fluid.particle_spacing), [80, 112]);
     assert_eq!(structure.bodies[0].bounds.lattice_counts(structure.particle_spacing), [4, 63]);
     assert_eq!(structure.bodies[0].bounds.particle_count(structure.particle_spacing), 4 * 63);
     // √(9.81 · 0.14)
@@ -124,7 +132,7 @@ fn defaults_are_filled_in() {
     let (fluid, structure, coupling) =
         (case.fluid.unwrap(), case.structure.unwrap(), case.coupling.expect("there are both sides"));
     assert_eq!(fluid.particle_spacing, 0.01);
-    assert_eq!(fluid.regions[0].velocity, [0.0, 0.0]);
+    assert_eq!(fluid.regions[0].velocity, resolved::FluidVelocity::Uniform(vec![0.0, 0.0]));
     assert!(matches!(fluid.walls[0].shape, WallShape::Polyline { .. }));
     assert!(matches!(fluid.walls[1].shape, WallShape::Box { .. }));
     assert_eq!(fluid.numerics, numerics::FluidNumerics::of(numerics::FluidScheme::EnergyConsistent));
@@ -163,6 +171,11 @@ on = "fluid"
 quantity = "velocity"
 at = [0.5, 0.2]
 [[probe]]
+name = "heap"
+on = "fluid"
+quantity = "extent"
+box = { low = [0.0, 0.0], high = [0.5, 0.5] }
+[[probe]]
 name = "wall"
 on = "wall"
 wall = "right"
@@ -186,7 +199,66 @@ quantity = "force"
     assert!(matches!(structure.bodies[0].velocity, resolved::InitialVelocity::Mode(_)));
     assert_eq!(structure.loads[1].target, LoadTarget::Body {});
     assert_eq!(case.coupling.unwrap().sub_steps, SubSteps::Stable);
-    assert_eq!(case.probes[4].target, ProbeTarget::Body("plate".to_owned()));
+    assert_eq!(case.probes[5].target, ProbeTarget::Body("plate".to_owned()));
+}
+
+/// What a fluid alone may be: balls, shapes of velocity, periodic sides, walls that move.
+#[test]
+fn every_form_of_a_fluid_reads_back() {
+    let text = r#"
+[case]
+title = "Fluid"
+dimension = 2
+end_time = 1
+output_interval = 1
+particle_spacing = 0.01
+[fluid]
+density = 1000
+kinematic_viscosity = 0
+domain = { low = [-1, -1], high = [1, 1] }
+periodic = ["x", "y"]
+[[fluid.region]]
+name = "drop"
+ball = { centre = [-0.5, 0], radius = 0.2 }
+velocity_gradient = [[-100, 0], [0, 100]]
+[[fluid.region]]
+name = "vortices"
+box = { low = [0, 0], high = [0.5, 0.5] }
+velocity = { mode = "taylor-green", speed = 2, wavelength = 0.5 }
+wave = { amplitude = 0.01, wavelength = 1 }
+[[fluid.wall]]
+name = "gate"
+box = { low = [0.6, 0], high = [0.7, 1] }
+motion = { direction = [0, 1], table = [[0, 0], [1, 0.5]] }
+[[fluid.wall]]
+name = "flap"
+box = { low = [0.8, 0], high = [0.9, 1] }
+motion = { pivot = [0.8, 0], amplitude = 0.1, period = 2 }
+"#;
+    let case = parse(text, &[]).unwrap();
+    assert_eq!(parse(&case.to_toml(), &[]).unwrap(), case, "{}", case.to_toml());
+    let fluid = case.fluid.unwrap();
+    assert_eq!(fluid.characteristic_speed, 20.0);
+    assert_eq!(fluid.periodic.iter().map(|axis| axis.index()).collect::<Vec<_>>(), [0, 1]);
+    let found = mistakes(parse(
+        text,
+        &[
+            "fluid.wall.gate.motion={ direction = [0, 0], pivot = [0, 0], table = [[1, 0], [0, 1]] }",
+            "fluid.wall.flap.motion={ direction = [0, 0], amplitude = 1 }",
+            "fluid.region.drop.velocity_gradient=[[1, 0]]",
+            "fluid.periodic=[\"z\"]",
+        ],
+    ));
+    for part in [
+        "both direction and pivot",
+        "not later than the row",
+        "is zero",
+        "no law",
+        "1 rows",
+        "three dimensions",
+    ] {
+        assert!(found.iter().any(|mistake| mistake.contains(part)), "{part}: {found:#?}");
+    }
 }
 
 #[test]
@@ -242,7 +314,7 @@ fn overrides_reach_every_key() {
     assert_eq!(case.general.title, "One day on the moon");
     let fluid = case.fluid.unwrap();
     assert!(fluid.walls.iter().all(|wall| wall.slip == resolved::Slip::NoSlip));
-    assert_eq!(fluid.regions[0].bounds.high, [1.0, 0.4]);
+    assert_eq!(fluid.regions[0].shape.bounds().high, [1.0, 0.4]);
     assert_eq!(fluid.numerics.courant, 0.1);
     assert_eq!(case.coupling.unwrap().sub_steps, SubSteps::Stable);
 }
