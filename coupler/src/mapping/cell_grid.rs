@@ -7,6 +7,7 @@ use std::ops::Range;
 pub(super) struct CellGrid {
     lower: [f64; 3],
     size: f64,
+    cells_per_metre: f64,
     counts: [usize; 3],
     /// First slot of each cell, and the end.
     starts: Vec<u32>,
@@ -98,8 +99,7 @@ impl CellGrid {
 
     /// About `count` cubes over the box; dimensions thinner than a cube count one.
     fn lay_cells<const D: usize>(&mut self, lower: &[f64; D], upper: &[f64; D], count: f64) {
-        let mut extents: Vec<f64> = Vec::with_capacity(D);
-        extents.extend((0..D).map(|i| upper[i] - lower[i]));
+        let mut extents: [f64; D] = std::array::from_fn(|i| upper[i] - lower[i]);
         extents.sort_by(f64::total_cmp);
         let mut size = 0.0;
         for thin in 0..D {
@@ -110,11 +110,12 @@ impl CellGrid {
             }
         }
         self.size = if size > 0.0 { size } else { 1.0 };
+        self.cells_per_metre = 1.0 / self.size;
         self.lower = [0.0; 3];
         self.counts = [1; 3];
         for i in 0..D {
             self.lower[i] = lower[i];
-            self.counts[i] = ((upper[i] - lower[i]) / self.size) as usize + 1;
+            self.counts[i] = ((upper[i] - lower[i]) * self.cells_per_metre) as usize + 1;
         }
     }
 
@@ -123,7 +124,7 @@ impl CellGrid {
         let mut cell = [0; 3];
         for i in 0..D {
             // A cast to an integer saturates: what is below is in the first cell.
-            cell[i] = (((x[i] - self.lower[i]) / self.size) as usize).min(self.counts[i] - 1);
+            cell[i] = (((x[i] - self.lower[i]) * self.cells_per_metre) as usize).min(self.counts[i] - 1);
         }
         cell
     }

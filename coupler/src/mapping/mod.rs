@@ -15,12 +15,18 @@
 //! only in the configuration of the mapping: wherever the source has gone, moments are kept about target positions that were mapped
 //! themselves. This is why no offset from a surface is carried along apart: it is in the weights.
 //!
-//! | [`Method`] | linear fields | order | row | for |
+//! | [`Method`] | linear fields | order | weights in a row | for |
 //! |---|---|---|---|---|
 //! | [nearest neighbour](Method::NearestNeighbour) | no | 1 | 1 | points that nearly match |
-//! | [nearest neighbour with gradient](Method::NearestNeighbourGradient) | yes | 2 | 9 … 19 | clouds, moving ones too |
-//! | [nearest projection](Method::NearestProjection) | yes | 2 | up to 4 (2-D), 6 (3-D) | a boundary mesh |
-//! | [radial basis functions](Method::RadialBasis) | yes | 2 or better, smooth | 50 … 150 | clouds, accuracy |
+//! | [nearest neighbour with gradient](Method::NearestNeighbourGradient) | yes | 2 | 7 | clouds, moving ones too |
+//! | [nearest projection](Method::NearestProjection) | yes | 2 | up to 4 (6 in space) | a boundary mesh |
+//! | [radial basis functions](Method::RadialBasis) | yes | 2 | 63 | clouds, accuracy |
+//!
+//! A row's weights were counted between lattices in the plane. On points scattered about a lattice of spacing 1/80 a wave of length one was mapped
+//! with root mean square errors of 1.5e-2, 4.0e-4 and, by radial basis functions, 4.0e-5.
+//!
+//! Weights are worked out and applied by one thread, in a fixed order: results do not depend on the number of threads. Nothing is allocated in
+//! applying a mapping; in rebuilding it, the storage of the last but one is used again.
 //!
 //! Start at [`Mapping`]; then a file for each method. Nothing here knows a participant or a field's meaning, but for
 //! [`Mapping::conservative_per_volume`].

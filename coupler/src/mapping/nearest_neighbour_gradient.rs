@@ -18,7 +18,7 @@ use super::cell_grid::{CellGrid, distance_squared};
 use super::error::MappingError;
 use super::nearest_neighbour::{POINTS_PER_CELL, out_of_reach};
 use super::rows::Rows;
-use super::semidefinite::{dot, minus, product, solve};
+use super::semidefinite::{dot, minus, solve};
 
 /// Neighbours within the radius, in two and three dimensions: on a lattice the diagonal ones are the last.
 const NEIGHBOURS: [usize; 2] = [6, 10];
@@ -31,8 +31,8 @@ const AMPLIFICATION: f64 = 16.0;
 /// Growth of the radius where neighbours do not do, and how often: 1.5¹² ≈ 130.
 const GROWTH: f64 = 1.5;
 const GROWTHS: usize = 12;
-/// Largest `|x − Σ w xᵢ|` over the radius: rounding of sums of some dozen terms stays far below, a target off a plane of sources far above.
-const INCONSISTENCY: f64 = 1e-11;
+/// Largest `|x − Σ w xᵢ|` over the radius: rounding of sums of some dozen terms, of at most a radius times [`AMPLIFICATION`].
+const INCONSISTENCY: f64 = 1e-13;
 
 /// A source point near the nearest one.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +40,7 @@ struct Neighbour<const D: usize> {
     point: usize,
     offset: [f64; D],
     theta: f64,
+    weight: f64,
 }
 
 /// The scratch of the method.
@@ -90,12 +91,11 @@ impl NearestNeighbourGradient {
         let mut radius = radius;
         for _ in 0..=GROWTHS {
             gather(&self.grid, &source[nearest], radius, neighbours);
-            if let Some(gradient) = consistent_gradient(neighbours, &offset, radius) {
+            if weigh(neighbours, &offset, radius) {
                 let mut sum = 0.0;
                 for n in neighbours.iter() {
-                    let weight = n.theta * dot(&n.offset, &gradient);
-                    rows.add(n.point, weight);
-                    sum += weight;
+                    rows.add(n.point, n.weight);
+                    sum += n.weight;
                 }
                 rows.add(nearest, -sum);
                 return Ok(());
@@ -122,44 +122,51 @@ fn gather<const D: usize>(
         let offset = minus(x, center);
         let q = 1.0 - dot(&offset, &offset) * inverse;
         if q > 0.0 {
-            neighbours.push(Neighbour { point, offset, theta: q * q });
+            neighbours.push(Neighbour { point, offset, theta: q * q, weight: 0.0 });
         }
     });
 }
 
-/// `M⁻¹ (x − x₀)`, if the weights it gives reproduce `x` to round-off and do not amplify.
-fn consistent_gradient<const D: usize>(
-    neighbours: &[Neighbour<D>],
-    offset: &[f64; D],
-    radius: f64,
-) -> Option<[f64; D]> {
+/// Weights `wᵢ`; false if they do not reproduce `x` to round-off, or amplify.
+fn weigh<const D: usize>(neighbours: &mut [Neighbour<D>], offset: &[f64; D], radius: f64) -> bool {
     let mut m = [[0.0; D]; D];
-    for n in neighbours {
+    for n in &*neighbours {
         for i in 0..D {
-            for j in 0..D {
+            for j in 0..=i {
                 m[i][j] += n.theta * n.offset[i] * n.offset[j];
             }
         }
     }
-    let mut gradient = solve(m, *offset);
-    let refined = solve(m, minus(offset, &product(&m, &gradient)));
     for i in 0..D {
-        gradient[i] += refined[i];
-    }
-    let mut missing = *offset;
-    let (mut sum, mut sum_of_absolutes) = (0.0, 0.0);
-    for n in neighbours {
-        let weight = n.theta * dot(&n.offset, &gradient);
-        sum += weight;
-        sum_of_absolutes += weight.abs();
-        for i in 0..D {
-            missing[i] -= weight * n.offset[i];
+        for j in 0..i {
+            m[j][i] = m[i][j];
         }
     }
-    sum_of_absolutes += (1.0 - sum).abs();
-    let inconsistency = dot(&missing, &missing).sqrt();
-    // Written so that not a number is no gradient.
-    (inconsistency <= INCONSISTENCY * radius && sum_of_absolutes <= AMPLIFICATION).then_some(gradient)
+    let mut gradient = solve(m, *offset);
+    // The second time for neighbours that are nearly in a line, where the first is inexact.
+    for _ in 0..2 {
+        let mut missing = *offset;
+        let (mut sum, mut sum_of_absolutes) = (0.0, 0.0);
+        for n in &mut *neighbours {
+            n.weight = n.theta * dot(&n.offset, &gradient);
+            sum += n.weight;
+            sum_of_absolutes += n.weight.abs();
+            for i in 0..D {
+                missing[i] -= n.weight * n.offset[i];
+            }
+        }
+        sum_of_absolutes += (1.0 - sum).abs();
+        // Written so that not a number is not good enough.
+        let fits = dot(&missing, &missing).sqrt() <= INCONSISTENCY * radius;
+        if fits {
+            return sum_of_absolutes <= AMPLIFICATION;
+        }
+        let refined = solve(m, missing);
+        for i in 0..D {
+            gradient[i] += refined[i];
+        }
+    }
+    false
 }
 
 /// Median over some sources of the distance (m) to their `count`-th nearest other (or the last there is).

@@ -20,7 +20,12 @@
 //! one through its thickness, not the one along the plate that the nearest facet, the tip, would give.
 //!
 //! The error falls with the square of the facets' size on the boundary. Inside it has that of the chord as well, which no refinement of the
-//! boundary mends: in a thick body that bends, follow a source that has points inside.
+//! boundary mends: in a thick body that bends, follow a source that has points inside. A target outside has no choice of chords: beyond the tip
+//! of a plate it is carried by the line along the plate. Where the best chord changes, the mapped field jumps by the difference of two such
+//! errors.
+//!
+//! A body's particles keep their places in it, so the weights are best made once, in the reference configuration: they then move as material
+//! points of the boundary's motion, and nothing is rebuilt. [`super::Mapping::update`] is for targets that slide along.
 
 use super::boundary::{Boundary, Foot};
 use super::cell_grid::{bounds, distance_squared};

@@ -18,8 +18,8 @@
 //! its square at least. (H. Wendland, Scattered Data Approximation, 2005, table 9.1 and section 15.4; polynomial apart from the basis functions:
 //! F. Lindner, M. Mehl, B. Uekermann, Radial basis function interpolation for black-box multi-physics simulations, 2017.)
 //!
-//! Smooth and the most accurate of the methods, at a factorisation for each cluster when points move, and rows of some dozen to a
-//! hundred and more weights.
+//! Smooth (but where a cluster is left out for a target that it does not determine) and the most accurate of the methods, at a
+//! factorisation for each cluster when points move.
 
 use super::cell_grid::{CellGrid, distance_squared};
 use super::error::MappingError;
@@ -102,7 +102,7 @@ impl RadialBasis {
         self.factors.clear();
         let count = self.points_per_cluster.max(D + 1);
         let radius = typical_distance(&self.grid, source, count, &mut self.distances, &mut self.samples);
-        // With fewer source points than a cluster should have, the ball holds them all; a single one has no spacing.
+        // A single source point has no spacing.
         let radius = if radius > 0.0 { radius } else { 1.0 };
         for (point, x) in target.iter().enumerate() {
             self.grid.nearest(x, reach).ok_or_else(|| out_of_reach(&self.grid, point, x, reach))?;

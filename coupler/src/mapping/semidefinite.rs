@@ -38,11 +38,6 @@ pub(super) fn solve<const D: usize>(mut m: [[f64; D]; D], mut b: [f64; D]) -> [f
     g
 }
 
-/// `M g`.
-pub(super) fn product<const D: usize>(m: &[[f64; D]; D], g: &[f64; D]) -> [f64; D] {
-    std::array::from_fn(|i| dot(&m[i], g))
-}
-
 /// `a · b`.
 pub(super) fn dot<const D: usize>(a: &[f64; D], b: &[f64; D]) -> f64 {
     let mut sum = 0.0;
@@ -60,6 +55,11 @@ pub(super) fn minus<const D: usize>(a: &[f64; D], b: &[f64; D]) -> [f64; D] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// `M g`.
+    fn product<const D: usize>(m: &[[f64; D]; D], g: &[f64; D]) -> [f64; D] {
+        std::array::from_fn(|i| dot(&m[i], g))
+    }
 
     #[test]
     fn solves_by_hand() {
