@@ -7,8 +7,8 @@ use super::cell_grid::CellGrid;
 use super::error::MappingError;
 use super::rows::Rows;
 
-/// Points a cell of the search: few enough that a search looks at about a dozen.
-pub(super) const POINTS_PER_CELL: f64 = 2.0;
+/// Points a cell of the search: of 0.75, 1, 1.5, 2 and 3 the fastest, or as fast, on lattices in the plane.
+pub(super) const POINTS_PER_CELL: f64 = 1.0;
 
 /// The scratch of the method.
 #[derive(Clone, Debug, Default)]

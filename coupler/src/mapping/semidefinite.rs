@@ -5,6 +5,7 @@ const ZERO_PIVOT: f64 = 1e-14;
 
 /// A solution of `M g = b` for symmetric positive semidefinite `M` (`D×D`) and `b` in its range; for other `b` of the part that pivots
 /// reach, and the caller sees it in the residual. Elimination with pivots from the diagonal.
+#[inline]
 pub(super) fn solve<const D: usize>(mut m: [[f64; D]; D], mut b: [f64; D]) -> [f64; D] {
     let zero = ZERO_PIVOT * (0..D).map(|i| m[i][i]).fold(0.0, f64::max);
     let mut order: [usize; D] = std::array::from_fn(|i| i);
@@ -19,8 +20,9 @@ pub(super) fn solve<const D: usize>(mut m: [[f64; D]; D], mut b: [f64; D]) -> [f
             rank = k;
             break;
         }
+        let inverse = 1.0 / m[k][k];
         for i in k + 1..D {
-            let factor = m[i][k] / m[k][k];
+            let factor = m[i][k] * inverse;
             for j in k + 1..D {
                 m[i][j] -= factor * m[k][j];
             }
