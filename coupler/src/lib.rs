@@ -1,12 +1,14 @@
 //! Couples a fluid and a structure: time windows, sub-steps, condition (46), launching of participants, records.
 //!
 //! Start at [`schemes::serial_explicit`], the coupling loop. It sees participants and slices: no socket, no file, no wall clock, and
-//! neither solver by name. [`schedule`] keeps the time, [`condition46`] the balance along the normals.
+//! neither solver by name. [`schedule`] keeps the time, [`condition46`] the balance along the normals. [`mapping`] carries
+//! motion and forces between point sets that do not match.
 
 pub mod acceleration;
 pub mod condition46;
 pub mod convergence;
 pub mod launch;
+pub mod mapping;
 pub mod progress;
 pub mod records;
 pub mod run;

@@ -1,0 +1,358 @@
+//! A boundary of facets in a tree of boxes: the facets near a point, and those that a line meets.
+//!
+//! What a search finds does not depend on the shape of the tree: of equal candidates the facet with the smaller number is taken.
+
+use super::cell_grid::distance_squared;
+use super::error::MappingError;
+use super::facet;
+use super::semidefinite::dot;
+
+/// Facets of a leaf.
+const LEAF: usize = 4;
+/// A tree over `u32` facets, halved at every level, is not deeper.
+const DEPTH: usize = 64;
+
+/// A box with what is in it: children, or facets.
+#[derive(Clone, Copy, Debug)]
+struct Node {
+    lower: [f64; 3],
+    upper: [f64; 3],
+    /// Slots of its facets.
+    from: u32,
+    to: u32,
+    /// The second child (the first follows its parent); zero for a leaf.
+    second: u32,
+}
+
+/// The boundary: facets of `D` vertices, by number of source point.
+#[derive(Clone, Debug)]
+pub(super) struct Boundary {
+    facets: Vec<usize>,
+    /// Facets in the order of the leaves.
+    order: Vec<u32>,
+    nodes: Vec<Node>,
+    /// Whether every edge (in the plane: vertex) joins two facets.
+    closed: bool,
+}
+
+/// A point of the boundary.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Foot<const D: usize> {
+    pub facet: usize,
+    pub barycentric: [f64; D],
+    pub position: [f64; D],
+}
+
+impl Boundary {
+    /// A boundary whose tree is not built yet.
+    pub fn new(facets: Vec<usize>, dimension: usize) -> Result<Self, MappingError> {
+        if facets.is_empty() || !facets.len().is_multiple_of(dimension) {
+            return Err(MappingError::Facets { length: facets.len(), dimension });
+        }
+        let closed = is_closed(&facets, dimension);
+        Ok(Self { facets, order: Vec::new(), nodes: Vec::new(), closed })
+    }
+
+    /// Builds the tree for the positions `source` of the points; later only its boxes are drawn anew.
+    pub fn update<const D: usize>(&mut self, source: &[[f64; D]]) -> Result<(), MappingError> {
+        self.check(source)?;
+        if self.nodes.is_empty() {
+            self.order = (0..(self.facets.len() / D) as u32).collect();
+            self.split(source, 0, self.order.len());
+        }
+        for node in (0..self.nodes.len()).rev() {
+            self.draw_box(source, node);
+        }
+        Ok(())
+    }
+
+    /// Vertices of a facet, by number of source point.
+    pub fn vertices<const D: usize>(&self, facet: usize) -> &[usize; D] {
+        &self.facets.as_chunks().0[facet]
+    }
+
+    /// Positions of a facet's vertices.
+    pub fn corners<const D: usize>(&self, source: &[[f64; D]], facet: usize) -> [[f64; D]; D] {
+        self.vertices(facet).map(|vertex| source[vertex])
+    }
+
+    /// Visits facets that may be nearer to `x` than a bound, near boxes first. `visit(facet, bound)` returns the next bound, a distance
+    /// squared (m²); facets at exactly the bound are visited too.
+    pub fn visit_near<const D: usize>(
+        &self,
+        x: &[f64; D],
+        bound: f64,
+        mut visit: impl FnMut(usize, f64) -> f64,
+    ) {
+        let mut bound = bound;
+        let mut stack = Stack::new();
+        stack.push(0);
+        while let Some(at) = stack.pop() {
+            let node = &self.nodes[at];
+            if node.distance_squared(x) > bound {
+                continue;
+            }
+            if node.second == 0 {
+                for &facet in &self.order[node.from as usize..node.to as usize] {
+                    bound = visit(facet as usize, bound);
+                }
+            } else {
+                let (first, second) = (at + 1, node.second as usize);
+                let near_first =
+                    self.nodes[first].distance_squared(x) <= self.nodes[second].distance_squared(x);
+                stack.push(if near_first { second } else { first });
+                stack.push(if near_first { first } else { second });
+            }
+        }
+    }
+
+    /// The nearest point of the boundary, and its distance squared (m²).
+    pub fn nearest<const D: usize>(&self, source: &[[f64; D]], x: &[f64; D]) -> (Foot<D>, f64) {
+        let mut best = (f64::INFINITY, usize::MAX);
+        self.visit_near(x, f64::INFINITY, |facet, _| {
+            let foot = self.foot(source, facet, x);
+            let found = (distance_squared(&foot.position, x), facet);
+            if found < best {
+                best = found;
+            }
+            best.0
+        });
+        (self.foot(source, best.1, x), best.0)
+    }
+
+    /// The point of `facet` nearest to `x`.
+    pub fn foot<const D: usize>(&self, source: &[[f64; D]], facet: usize, x: &[f64; D]) -> Foot<D> {
+        let corners = self.corners(source, facet);
+        let barycentric = facet::nearest(&corners, x);
+        Foot { facet, barycentric, position: facet::point(&corners, &barycentric) }
+    }
+
+    /// The first point beyond `t > after` where the ray `origin + t direction` meets the boundary, with its `t`.
+    pub fn first_meeting<const D: usize>(
+        &self,
+        source: &[[f64; D]],
+        origin: &[f64; D],
+        direction: &[f64; D],
+        after: f64,
+    ) -> Option<(f64, Foot<D>)> {
+        let mut best: Option<(f64, usize, [f64; D])> = None;
+        let mut stack = Stack::new();
+        stack.push(0);
+        while let Some(at) = stack.pop() {
+            let node = &self.nodes[at];
+            let bound = best.map_or(f64::INFINITY, |(t, ..)| t);
+            if !node.is_met(origin, direction, after, bound) {
+                continue;
+            }
+            if node.second == 0 {
+                for &facet in &self.order[node.from as usize..node.to as usize] {
+                    let facet = facet as usize;
+                    if let Some((t, b)) = facet::meet(&self.corners(source, facet), origin, direction)
+                        && t > after
+                        && best.is_none_or(|(best_t, best_facet, _)| (t, facet) < (best_t, best_facet))
+                    {
+                        best = Some((t, facet, b));
+                    }
+                }
+            } else {
+                stack.push(node.second as usize);
+                stack.push(at + 1);
+            }
+        }
+        best.map(|(t, facet, barycentric)| {
+            let position = facet::point(&self.corners(source, facet), &barycentric);
+            (t, Foot { facet, barycentric, position })
+        })
+    }
+
+    /// All facets name points there are, have an extent, and a closed boundary is not inside out.
+    fn check<const D: usize>(&self, source: &[[f64; D]]) -> Result<(), MappingError> {
+        let mut volume = 0.0;
+        for (facet, vertices) in self.facets.as_chunks::<D>().0.iter().enumerate() {
+            if let Some(&vertex) = vertices.iter().find(|&&v| v >= source.len()) {
+                return Err(MappingError::Vertex { facet, vertex, points: source.len() });
+            }
+            let corners = self.corners(source, facet);
+            let normal = facet::normal(&corners);
+            let longest = (1..D).map(|k| distance_squared(&corners[k], &corners[0])).fold(0.0, f64::max);
+            // Length of the normal: that of the segment, or base times height of the triangle.
+            let extent = dot(&normal, &normal);
+            if extent <= 1e-24 * longest.powi(D as i32 - 1) {
+                return Err(MappingError::FlatFacet { facet, vertices: vertices.to_vec() });
+            }
+            let from_first: [f64; D] = std::array::from_fn(|i| corners[0][i] - source[0][i]);
+            volume += dot(&normal, &from_first) / [2.0, 6.0][D - 2];
+        }
+        if self.closed && volume < 0.0 {
+            return Err(MappingError::Inwards { volume });
+        }
+        Ok(())
+    }
+
+    /// Adds the node of the slots `from..to` and its children; boxes are drawn later.
+    fn split<const D: usize>(&mut self, source: &[[f64; D]], from: usize, to: usize) {
+        let at = self.nodes.len();
+        self.nodes.push(Node {
+            lower: [0.0; 3],
+            upper: [0.0; 3],
+            from: from as u32,
+            to: to as u32,
+            second: 0,
+        });
+        if to - from <= LEAF {
+            return;
+        }
+        self.draw_box_of_slots(source, at);
+        let node = &self.nodes[at];
+        let extent = |i: usize| node.upper[i] - node.lower[i];
+        let axis = (0..D).fold(0, |best, i| if extent(i) > extent(best) { i } else { best });
+        let facets = &self.facets;
+        let center = |facet: u32| -> f64 {
+            facets[D * facet as usize..D * (facet as usize + 1)].iter().map(|&v| source[v][axis]).sum()
+        };
+        let middle = (to - from) / 2;
+        self.order[from..to]
+            .select_nth_unstable_by(middle, |&a, &b| center(a).total_cmp(&center(b)).then(a.cmp(&b)));
+        self.split(source, from, from + middle);
+        self.nodes[at].second = self.nodes.len() as u32;
+        self.split(source, from + middle, to);
+    }
+
+    /// Draws a node's box; those of its children are drawn.
+    fn draw_box<const D: usize>(&mut self, source: &[[f64; D]], at: usize) {
+        let second = self.nodes[at].second as usize;
+        if second == 0 {
+            self.draw_box_of_slots(source, at);
+            return;
+        }
+        let (a, b) = (self.nodes[at + 1], self.nodes[second]);
+        let node = &mut self.nodes[at];
+        for i in 0..D {
+            node.lower[i] = a.lower[i].min(b.lower[i]);
+            node.upper[i] = a.upper[i].max(b.upper[i]);
+        }
+    }
+
+    fn draw_box_of_slots<const D: usize>(&mut self, source: &[[f64; D]], at: usize) {
+        let node = &mut self.nodes[at];
+        (node.lower, node.upper) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        for &facet in &self.order[node.from as usize..node.to as usize] {
+            for &vertex in &self.facets[D * facet as usize..D * (facet as usize + 1)] {
+                for i in 0..D {
+                    node.lower[i] = node.lower[i].min(source[vertex][i]);
+                    node.upper[i] = node.upper[i].max(source[vertex][i]);
+                }
+            }
+        }
+    }
+}
+
+impl Node {
+    fn distance_squared<const D: usize>(&self, x: &[f64; D]) -> f64 {
+        let mut sum = 0.0;
+        for i in 0..D {
+            let off = (self.lower[i] - x[i]).max(x[i] - self.upper[i]).max(0.0);
+            sum += off * off;
+        }
+        // A facet's distance is rounded otherwise than its box's: do not cut off what is equally near.
+        sum * (1.0 - 1e-12)
+    }
+
+    /// Whether `origin + t direction` meets the box, a little widened, for a `t` in `from..=to`.
+    fn is_met<const D: usize>(&self, origin: &[f64; D], direction: &[f64; D], from: f64, to: f64) -> bool {
+        let widest = (0..D).map(|i| self.upper[i] - self.lower[i]).fold(0.0, f64::max);
+        let margin = 1e-8 * widest;
+        let (mut from, mut to) = (from, to * (1.0 + 1e-8));
+        for i in 0..D {
+            let (low, high) = (self.lower[i] - margin - origin[i], self.upper[i] + margin - origin[i]);
+            if direction[i] == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return false;
+                }
+            } else {
+                let (a, b) = (low / direction[i], high / direction[i]);
+                from = from.max(a.min(b));
+                to = to.min(a.max(b));
+            }
+        }
+        from <= to
+    }
+}
+
+/// Nodes still to be looked at.
+struct Stack {
+    nodes: [usize; DEPTH],
+    length: usize,
+}
+
+impl Stack {
+    fn new() -> Self {
+        Self { nodes: [0; DEPTH], length: 0 }
+    }
+
+    fn push(&mut self, node: usize) {
+        self.nodes[self.length] = node;
+        self.length += 1;
+    }
+
+    fn pop(&mut self) -> Option<usize> {
+        self.length = self.length.checked_sub(1)?;
+        Some(self.nodes[self.length])
+    }
+}
+
+/// Whether every edge of a triangle is run through once in either direction, and every vertex of a polyline is once a first and once a
+/// second.
+fn is_closed(facets: &[usize], dimension: usize) -> bool {
+    let mut sides: Vec<(usize, usize)> = Vec::new();
+    for vertices in facets.chunks_exact(dimension) {
+        match *vertices {
+            [a, b] => sides.extend([(a, usize::MAX), (usize::MAX, b)]),
+            [a, b, c] => sides.extend([(a, b), (b, c), (c, a)]),
+            _ => return false,
+        }
+    }
+    sides.sort_unstable();
+    sides.windows(2).all(|pair| pair[0] != pair[1])
+        && sides.iter().all(|&(a, b)| sides.binary_search(&(b, a)).is_ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn knows_closed_boundaries() {
+        assert!(is_closed(&[0, 1, 1, 2, 2, 0], 2));
+        assert!(!is_closed(&[0, 1, 1, 2], 2));
+        assert!(!is_closed(&[0, 1, 1, 2, 0, 2], 2));
+        assert!(is_closed(&[0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3], 3));
+        assert!(!is_closed(&[0, 2, 1, 0, 1, 3, 1, 2, 3], 3));
+    }
+
+    /// A circle of 97 segments: searches in the tree against all facets.
+    #[test]
+    fn finds_what_a_search_over_all_facets_finds() {
+        let count = 97;
+        let angle = |i: usize| std::f64::consts::TAU * i as f64 / count as f64;
+        let source: Vec<[f64; 2]> = (0..count).map(|i| [angle(i).cos(), angle(i).sin()]).collect();
+        let facets = (0..count).flat_map(|i| [i, (i + 1) % count]).collect();
+        let mut boundary = Boundary::new(facets, 2).unwrap();
+        boundary.update(&source).unwrap();
+        for k in 0..300 {
+            let x = [1.3 * (0.7 * k as f64).sin(), 1.1 * (1.3 * k as f64).cos()];
+            let all = (0..count).map(|f| (distance_squared(&boundary.foot(&source, f, &x).position, &x), f));
+            let best = all.min_by(|a, b| a.partial_cmp(b).unwrap()).unwrap();
+            let (foot, distance) = boundary.nearest(&source, &x);
+            assert_eq!((distance, foot.facet), best);
+            let direction = [(k as f64).cos(), (k as f64).sin()];
+            let meetings = (0..count).filter_map(|f| {
+                let (t, _) = facet::meet(&boundary.corners(&source, f), &x, &direction)?;
+                (t > 0.1).then_some((t, f))
+            });
+            let first = meetings.min_by(|a, b| a.partial_cmp(b).unwrap());
+            let found = boundary.first_meeting(&source, &x, &direction, 0.1);
+            assert_eq!(found.map(|(t, foot)| (t, foot.facet)), first);
+        }
+    }
+}

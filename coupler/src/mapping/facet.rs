@@ -1,0 +1,137 @@
+//! One facet of a boundary: a segment in the plane, a triangle in space.
+
+use super::semidefinite::{dot, minus};
+
+/// A point of a facet: `Σ bᵢ vᵢ` with `Σ bᵢ = 1`.
+pub(super) type Barycentric<const D: usize> = [f64; D];
+
+/// The point of the facet that is nearest to `x`.
+pub(super) fn nearest<const D: usize>(vertices: &[[f64; D]; D], x: &[f64; D]) -> Barycentric<D> {
+    let mut b = [0.0; D];
+    if D == 2 {
+        let t = along(&vertices[0], &vertices[1], x);
+        (b[0], b[1]) = (1.0 - t, t);
+        return b;
+    }
+    // Inside, if all barycentric coordinates of the projection are positive; else on one of the edges.
+    let (e, f, r) =
+        (minus(&vertices[1], &vertices[0]), minus(&vertices[2], &vertices[0]), minus(x, &vertices[0]));
+    let (ee, ef, ff, er, fr) = (dot(&e, &e), dot(&e, &f), dot(&f, &f), dot(&e, &r), dot(&f, &r));
+    let determinant = ee * ff - ef * ef;
+    let (s, t) = ((ff * er - ef * fr) / determinant, (ee * fr - ef * er) / determinant);
+    if s >= 0.0 && t >= 0.0 && s + t <= 1.0 {
+        (b[0], b[1], b[2]) = (1.0 - s - t, s, t);
+        return b;
+    }
+    let mut best = f64::INFINITY;
+    for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+        let t = along(&vertices[i], &vertices[j], x);
+        let mut edge = [0.0; D];
+        (edge[i], edge[j]) = (1.0 - t, t);
+        let off = minus(x, &point(vertices, &edge));
+        if dot(&off, &off) < best {
+            (best, b) = (dot(&off, &off), edge);
+        }
+    }
+    b
+}
+
+/// Where the line `origin + t direction` meets the facet's plane inside the facet: `t` and the point. None if it is parallel or outside.
+pub(super) fn meet<const D: usize>(
+    vertices: &[[f64; D]; D],
+    origin: &[f64; D],
+    direction: &[f64; D],
+) -> Option<(f64, Barycentric<D>)> {
+    /// How far outside a facet still counts as inside, so that no line slips through between two facets.
+    const CRACK: f64 = 1e-9;
+    let normal = normal(vertices);
+    let slope = dot(&normal, direction);
+    if slope == 0.0 {
+        return None;
+    }
+    let t = dot(&normal, &minus(&vertices[0], origin)) / slope;
+    let hit: [f64; D] = std::array::from_fn(|i| origin[i] + t * direction[i]);
+    let mut b = [0.0; D];
+    let e = minus(&vertices[1], &vertices[0]);
+    let r = minus(&hit, &vertices[0]);
+    if D == 2 {
+        b[1] = dot(&e, &r) / dot(&e, &e);
+        b[0] = 1.0 - b[1];
+    } else {
+        let f = minus(&vertices[2], &vertices[0]);
+        let (ee, ef, ff, er, fr) = (dot(&e, &e), dot(&e, &f), dot(&f, &f), dot(&e, &r), dot(&f, &r));
+        let determinant = ee * ff - ef * ef;
+        b[1] = (ff * er - ef * fr) / determinant;
+        b[2] = (ee * fr - ef * er) / determinant;
+        b[0] = 1.0 - b[1] - b[2];
+    }
+    b.iter().all(|&b| b >= -CRACK).then_some((t, b))
+}
+
+/// The point `Σ bᵢ vᵢ`.
+pub(super) fn point<const D: usize>(vertices: &[[f64; D]; D], b: &Barycentric<D>) -> [f64; D] {
+    // As v₀ and differences from it, so that a point of a facet far from the origin keeps its digits.
+    let mut x = vertices[0];
+    for k in 1..D {
+        for i in 0..D {
+            x[i] += b[k] * (vertices[k][i] - vertices[0][i]);
+        }
+    }
+    x
+}
+
+/// Normal, of the length or twice the area; outwards for facets that go round anticlockwise as seen from outside (the plane: body to the
+/// left).
+pub(super) fn normal<const D: usize>(vertices: &[[f64; D]; D]) -> [f64; D] {
+    let e = minus(&vertices[1], &vertices[0]);
+    let mut normal = [0.0; D];
+    if D == 2 {
+        (normal[0], normal[1]) = (e[1], -e[0]);
+    } else {
+        let f = minus(&vertices[2], &vertices[0]);
+        for i in 0..D {
+            let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+            normal[i] = e[j] * f[k] - e[k] * f[j];
+        }
+    }
+    normal
+}
+
+/// Fraction of the way from `a` to `b` at which `x` is nearest.
+fn along<const D: usize>(a: &[f64; D], b: &[f64; D], x: &[f64; D]) -> f64 {
+    let e = minus(b, a);
+    (dot(&e, &minus(x, a)) / dot(&e, &e)).clamp(0.0, 1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SEGMENT: [[f64; 2]; 2] = [[1.0, 1.0], [3.0, 1.0]];
+    const TRIANGLE: [[f64; 3]; 3] = [[0.0, 0.0, 1.0], [2.0, 0.0, 1.0], [0.0, 2.0, 1.0]];
+
+    #[test]
+    fn nearest_points_by_hand() {
+        assert_eq!(nearest(&SEGMENT, &[1.5, 7.0]), [0.75, 0.25]);
+        assert_eq!(nearest(&SEGMENT, &[5.0, 0.0]), [0.0, 1.0]);
+        assert_eq!(nearest(&TRIANGLE, &[0.5, 0.5, 3.0]), [0.5, 0.25, 0.25]);
+        assert_eq!(nearest(&TRIANGLE, &[2.0, 2.0, 0.0]), [0.0, 0.5, 0.5]);
+        assert_eq!(nearest(&TRIANGLE, &[-1.0, -1.0, 0.0]), [1.0, 0.0, 0.0]);
+        assert_eq!(nearest(&TRIANGLE, &[1.0, -1.0, 0.0]), [0.5, 0.5, 0.0]);
+    }
+
+    #[test]
+    fn meetings_by_hand() {
+        assert_eq!(meet(&SEGMENT, &[1.5, 0.0], &[0.0, 1.0]), Some((1.0, [0.75, 0.25])));
+        assert_eq!(meet(&SEGMENT, &[0.5, 0.0], &[0.0, 1.0]), None);
+        assert_eq!(meet(&SEGMENT, &[0.5, 0.0], &[1.0, 0.0]), None);
+        assert_eq!(meet(&TRIANGLE, &[0.5, 0.5, 3.0], &[0.0, 0.0, 2.0]), Some((-1.0, [0.5, 0.25, 0.25])));
+        assert_eq!(meet(&TRIANGLE, &[1.5, 1.5, 3.0], &[0.0, 0.0, 2.0]), None);
+    }
+
+    #[test]
+    fn normals_point_to_the_right_and_along_the_thumb() {
+        assert_eq!(normal(&SEGMENT), [0.0, -2.0]);
+        assert_eq!(normal(&TRIANGLE), [0.0, 0.0, 4.0]);
+    }
+}

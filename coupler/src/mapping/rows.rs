@@ -1,0 +1,79 @@
+//! The rows of a mapping while they are gathered, in the storage of a CSR matrix.
+
+use sprs::CsMat;
+
+/// Rows in CSR form: columns ascending in each row, no explicit zeros.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Rows {
+    starts: Vec<usize>,
+    columns: Vec<usize>,
+    weights: Vec<f64>,
+    row: Vec<(usize, f64)>,
+}
+
+impl Rows {
+    /// Forgets all rows and keeps the memory.
+    pub fn clear(&mut self) {
+        self.starts.clear();
+        self.starts.push(0);
+        self.columns.clear();
+        self.weights.clear();
+        self.row.clear();
+    }
+
+    /// Adds `weight` to `column` of the row at hand.
+    pub fn add(&mut self, column: usize, weight: f64) {
+        self.row.push((column, weight));
+    }
+
+    /// Ends the row at hand: sorts it, adds up entries of one column in the order in which they came, and drops zeros.
+    pub fn end_row(&mut self) {
+        self.row.sort_by_key(|&(column, _)| column);
+        let start = self.columns.len();
+        for &(column, weight) in &self.row {
+            if self.columns[start..].last() == Some(&column) {
+                *self.weights.last_mut().expect("a column has its weight") += weight;
+            } else if weight != 0.0 {
+                self.columns.push(column);
+                self.weights.push(weight);
+            }
+        }
+        self.row.clear();
+        self.starts.push(self.columns.len());
+    }
+
+    /// Puts the rows into `matrix` and takes its storage for the next time.
+    pub fn swap_into(&mut self, matrix: &mut CsMat<f64>, columns: usize) {
+        let shape = (self.starts.len() - 1, columns);
+        let take = std::mem::take::<Vec<usize>>;
+        let rows = CsMat::try_new(
+            shape,
+            take(&mut self.starts),
+            take(&mut self.columns),
+            std::mem::take(&mut self.weights),
+        )
+        .map_err(|(.., error)| error)
+        .expect("rows are ended one by one, with columns ascending and inside the source points");
+        (self.starts, self.columns, self.weights) = std::mem::replace(matrix, rows).into_raw_storage();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_are_sorted_merged_and_without_zeros() {
+        let mut rows = Rows::default();
+        rows.clear();
+        for (column, weight) in [(3, 1.0), (1, 2.0), (3, 0.5), (0, 0.0)] {
+            rows.add(column, weight);
+        }
+        rows.end_row();
+        rows.end_row();
+        let mut matrix = CsMat::zero((0, 0));
+        rows.swap_into(&mut matrix, 4);
+        assert_eq!(matrix.shape(), (2, 4));
+        assert_eq!((matrix.indices(), matrix.data()), (&[1, 3][..], &[2.0, 1.5][..]));
+    }
+}
