@@ -1,6 +1,6 @@
 //! Couples a fluid and a structure: time windows, sub-steps, condition (46), launching of participants, records.
 //!
-//! Start at [`schemes::serial_explicit`], the coupling loop. It sees participants and slices: no socket, no file, no wall clock, and
+//! Start at [`schemes::serial_explicit`], the coupling loop, and [`schemes::implicit`], the iterated one. They see participants and slices: no socket, no file, no wall clock, and
 //! neither solver by name. [`schedule`] keeps the time, [`condition46`] the balance along the normals. [`mapping`] carries
 //! motion and forces between point sets that do not match.
 

@@ -39,10 +39,13 @@ fn a_moving_wall_iterated_moves_as_the_compliant_one_does() {
         (compliant.0 / 0.0259 - 1.0).abs() < 0.05 && (compliant.1 / 2.2e-3 - 1.0).abs() < 0.08,
         "{compliant:?}"
     );
-    // Iterations to a relative residual of 1e-3: 2.1, 4.8 and 2.5 in the mean when this was written.
-    for (method, order, most) in
-        [("iqn-ils", "serial", 3.0), ("aitken", "serial", 6.0), ("iqn-imvj", "parallel", 4.0)]
-    {
+    // Iterations to a relative residual of 1e-3: 2.1, 3.3, 4.8 and 3.7 in the mean when this was written.
+    for (method, order, most) in [
+        ("iqn-ils", "serial", 3.0),
+        ("iqn-imvj", "serial", 4.5),
+        ("aitken", "serial", 6.0),
+        ("iqn-ils", "parallel", 5.0),
+    ] {
         let method = format!("coupling.acceleration.method={method}");
         let scheme = format!("coupling.scheme={order}-implicit");
         let words =
@@ -76,17 +79,12 @@ fn a_moving_wall_without_iterations_is_thrown_about() {
 #[test]
 fn implicit_runs_are_the_same_with_and_without_processes() {
     let bench = Bench::new();
-    let short = [&MOVING_WALL[..], &["--end-time", "0.005"]].concat();
+    let end = ["--set", "case.output_interval=0.005", "--end-time", "0.005"];
+    let short = [&MOVING_WALL[..], &end].concat();
     let processes = run(&bench, "processes", &short);
     assert_same(&processes, &run(&bench, "in-process", &[&short[..], &["--in-process"]].concat()));
-    let short = [
-        "--set",
-        "coupling.compliance=false",
-        "--set",
-        "coupling.scheme=parallel-implicit",
-        "--end-time",
-        "0.005",
-    ];
+    let parallel = ["--set", "coupling.compliance=false", "--set", "coupling.scheme=parallel-implicit"];
+    let short = [&parallel[..], &end].concat();
     let processes = run(&bench, "parallel-processes", &short);
     assert_same(&processes, &run(&bench, "parallel-in-process", &[&short[..], &["--in-process"]].concat()));
 }

@@ -6,6 +6,7 @@ use coupler::acceleration::quasi_newton::{Choice, QuasiNewton};
 use coupler::convergence::Measures;
 use coupler::schedule::Schedule;
 use coupler::schemes::implicit::Implicit;
+use coupler::schemes::parallel_explicit::ParallelExplicit;
 use coupler::schemes::{Accepted, Onward, Pair, SchemeError};
 use coupler::side::Side;
 use interfaces::case::coupling::AtLimit;
@@ -198,4 +199,39 @@ fn the_limit_continues_stops_or_shrinks_as_the_case_says() {
     assert!(accepted.iter().any(|a| a.window.size < 0.02), "{:?}", iterations(&accepted));
     let end: f64 = accepted.last().expect("windows").time;
     assert_eq!(end, 0.08);
+}
+
+#[test]
+fn a_parallel_explicit_window_solves_both_at_once_with_what_the_last_one_gave() {
+    let log = Log::default();
+    let mut pair = column(0.1, End, &log);
+    let mut schedule = Schedule::new(0.0, 1.0, 1.0, 1e-3, SubSteps::Stable);
+    let scheme = ParallelExplicit { relaxation: 1.0, enforce: true };
+    let (mut velocities, mut heights) = (Vec::new(), Vec::new());
+    let run = scheme.run(&mut pair, &mut schedule, |_, pair| {
+        let met = pair.fluid.inputs.get(names::VELOCITY).expect("taken")[1];
+        velocities.push((met, pair.new_velocity[1]));
+        heights.push(pair.structure.scalars[1].abs());
+        Ok(Onward::Continue)
+    });
+    run.expect("mocks do not fail");
+    let order = [
+        "structure start 0.0",
+        "fluid start 0.0",
+        "structure finish",
+        "fluid finish",
+        "fluid accept",
+        "structure accept",
+    ];
+    assert_eq!(log.brief()[2..8], order);
+    for window in velocities.windows(2) {
+        assert_eq!(
+            window[1].0, window[0].1,
+            "the fluid meets the velocity that the structure had in the last window"
+        );
+    }
+    // A tenth of the mass as added mass: the lag by two windows neither grows nor, in 16 periods, takes more than half.
+    let largest = |part: &[f64]| part.iter().fold(0.0_f64, |m, h| m.max(*h));
+    let (first, last) = (largest(&heights[..200]), largest(&heights[800..]));
+    assert!(last < 1.5 * first && last > 0.5 * first, "{first} {last}");
 }

@@ -26,8 +26,7 @@ pub struct CouplingKeys {
     pub sub_steps: Option<SubStepsKey>,
     /// Form of the load; transpose if left out.
     pub load: Option<LoadForm>,
-    /// Relaxation, over 0 and at most 1: the share of the new load against the old one with an explicit scheme, 1 (none) with the mean velocity and 0.5 with
-    /// that at the end if left out; of iterations that have no better with an implicit one, 0.1 if left out.
+    /// Relaxation, over 0 and at most 1: of the load, 1 with the mean velocity and 0.5 with that at the end if left out; of an implicit scheme's first iterations, 0.1.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub relaxation: Option<f64>,
     /// Velocity of the structure over a window that the fluid meets; mean if left out.

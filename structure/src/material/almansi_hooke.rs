@@ -11,7 +11,7 @@ use crate::lanes::{
 /// The law has no potential at finite strain; the energy reported is `½ J σ : ε`, its value at small strain. A cycle of stretches between 0 and
 /// `s` in x and between `−s` and 0 in y gives or takes the work `2 (λ + μ) s³` (tested), so short waves in a strained body may gain energy from nothing
 /// where the integrator takes none: the gate of `cases/elastic_gate` at 8 particles through the thickness and 100 sub-steps a window gains
-/// 1.6 J from nothing in 0.1 s, five times what it held. The other laws have potentials and keep theirs to 1e-5.
+/// 1.6 J from nothing in 0.1 s, five times what it held (`docs/decisions/0006-potential.md`). The other laws have potentials and keep theirs to 1e-5.
 pub(crate) struct AlmansiHooke;
 
 /// Cofactor of `F`, `J` and the Almansi strain.

@@ -55,7 +55,7 @@ const ROWS: &[(&str, &str, &str)] = &[
      "line 10: fluid.density = inf: must be finite; its meaning: density (kg/m³)"),
     ("[[probe]]",
      "[coupling]\nrelaxation = 1.5\n[[probe]]",
-     "line 50: coupling.relaxation = 1.5: must be over 0 and at most 1; its meaning: share of the new load against the old one, over 0 and at most 1; 1 (no relaxation) with the mean velocity, 0.5 with that at the end if left out"),
+     "line 50: coupling.relaxation = 1.5: must be over 0 and at most 1; its meaning: relaxation, over 0 and at most 1: of the load, 1 with the mean velocity and 0.5 with that at the end if left out; of an implicit scheme's first iterations, 0.1"),
     ("[[probe]]",
      "[coupling]\nsub_steps = 0\n[[probe]]",
      "line 50: coupling.sub_steps = 0: must be at least 1; its meaning: number of sub-steps in a window"),
