@@ -86,7 +86,8 @@ impl<const D: usize> Fluid<D> {
         structure: &InterfaceInput<'_, D>,
         trial: &mut State<D>,
     ) -> Result<StepReport<D>, Error> {
-        self.step_watched(accepted, time, dt, structure, trial, |_| ())
+        // Into the pool once a step: from outside, each of its hundred passes would wait for a worker to wake up and for its answer.
+        rayon::scope(|_| self.step_watched(accepted, time, dt, structure, trial, |_| ()))
     }
 
     /// [`step`](Self::step) that tells `done` of each stage when it is over, for whoever measures what the stages cost.
