@@ -119,7 +119,7 @@ pub enum Error {
         /// The series.
         series: String,
         /// What does not fit.
-        source: measure::MeasureError,
+        source: Box<measure::MeasureError>,
     },
     /// A folder of outputs cannot be made.
     #[error("failed to make {}: {source}", .path.display())]
@@ -178,7 +178,7 @@ pub fn run(
                 of.measures.push(measured.map_err(|source| Error::Measure {
                     case: result.name.clone(),
                     series: of.series.name.clone(),
-                    source,
+                    source: Box::new(source),
                 })?);
             }
             result.series.push(of);
