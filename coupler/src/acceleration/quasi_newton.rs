@@ -7,7 +7,7 @@
 //!
 //! The least squares are solved through the factor `R` of `V = Q R`, found as the Cholesky factor of `VᵀV`: its entries are kept, so an iteration
 //! costs one product with every column, `O(N m)`, and nothing of the size of the interface is orthogonalised. A column whose part
-//! orthogonal to the newer ones is below [`QuasiNewton::filter`] of itself is left out (QR2 of Haelterman et al.): what it would add is error.
+//! orthogonal to the newer ones is below [`Choice::filter`] of itself is left out (QR2 of Haelterman et al.): what it would add is error.
 //! That is also what makes the normal equations safe: with a filter of 1e-3 they lose six of sixteen digits.
 
 use super::{dot, relax, sizes};

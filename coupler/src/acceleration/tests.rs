@@ -1,6 +1,11 @@
 use super::*;
 use quasi_newton::Choice;
 
+/// The only block of a vector of `n` entries.
+fn one(n: usize) -> [Range<usize>; 1] {
+    std::array::from_fn(|_| 0..n)
+}
+
 /// A linear map `H(x) = A x + b` of `n` unknowns, full, with eigenvalues of a size that no constant relaxation brings to rest at once.
 struct Linear {
     n: usize,
@@ -58,7 +63,7 @@ fn linear(n: usize) -> Linear {
 fn a_linear_map_of_n_unknowns_is_solved_after_n_differences() {
     for n in [1, 2, 5] {
         for multi_vector in [false, true] {
-            let (count, _) = linear(n).solve(&mut quasi_newton(0, multi_vector, 100), &[0..n], 0.0, 1e-9);
+            let (count, _) = linear(n).solve(&mut quasi_newton(0, multi_vector, 100), &one(n), 0.0, 1e-9);
             assert!(count <= n + 2, "{n}: {count}");
         }
     }
@@ -69,9 +74,9 @@ fn a_linear_map_of_n_unknowns_is_solved_after_n_differences() {
 fn reused_windows_know_the_map_already() {
     for multi_vector in [false, true] {
         let mut method = quasi_newton(4, multi_vector, 100);
-        let (first, _) = linear(5).solve(&mut method, &[0..5], 0.0, 1e-9);
+        let (first, _) = linear(5).solve(&mut method, &one(5), 0.0, 1e-9);
         for window in 1..4 {
-            let (count, _) = linear(5).solve(&mut method, &[0..5], window as f64, 1e-9);
+            let (count, _) = linear(5).solve(&mut method, &one(5), window as f64, 1e-9);
             assert!(count <= 3 && count < first, "{multi_vector} {window}: {count} after {first}");
         }
     }
@@ -106,7 +111,7 @@ fn aitken_by_hand() {
     for expected in [0.05, 0.1] {
         let y = [1.0 - 9.0 * x[0]];
         let r = [y[0] - x[0]];
-        method.next(&[0..1], &mut x, &y, &r);
+        method.next(&one(1), &mut x, &y, &r);
         assert!((x[0] - expected).abs() < 1e-15, "{x:?}");
     }
 }
@@ -114,13 +119,13 @@ fn aitken_by_hand() {
 #[test]
 fn the_same_residual_twice_keeps_aitkens_factor_and_adds_no_column() {
     let mut aitken = Aitken::new(0.3);
-    assert_eq!(aitken.relaxation(&[0..1], &[1.0], &[0.5]), 0.3);
-    assert_eq!(aitken.relaxation(&[0..1], &[1.0], &[0.5]), 0.3);
+    assert_eq!(aitken.relaxation(&one(1), &[1.0], &[0.5]), 0.3);
+    assert_eq!(aitken.relaxation(&one(1), &[1.0], &[0.5]), 0.3);
     let choice = Choice { relaxation: 0.3, reused_windows: 0, multi_vector: false, filter: 1e-3, columns: 9 };
     let mut method = QuasiNewton::new(choice);
     let mut x = [0.0, 0.0];
     for _ in 0..3 {
-        method.next(&[0..2], &mut x, &[1.0, 2.0], &[1.0, 2.0]);
+        method.next(&one(2), &mut x, &[1.0, 2.0], &[1.0, 2.0]);
     }
     assert_eq!(method.columns(), 0);
     assert!(x[0].is_finite() && x[1].is_finite());
@@ -135,7 +140,7 @@ fn columns_that_tell_nothing_new_are_filtered() {
     let residuals = [[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [2.0, 2.0, 1.0], [3.0, 3.0, 1.0 + 1e-5]];
     for r in residuals {
         let y = [r[0] * 0.5, r[1] * 0.5, r[2] * 0.5];
-        method.next(&[0..3], &mut x, &y, &r);
+        method.next(&one(3), &mut x, &y, &r);
     }
     assert_eq!(method.columns(), 3);
     assert!(x.iter().all(|x| x.abs() < 10.0), "{x:?}");
@@ -146,12 +151,12 @@ fn a_window_that_starts_anew_forgets_its_own_differences_only() {
     let choice = Choice { relaxation: 0.1, reused_windows: 3, multi_vector: false, filter: 1e-3, columns: 9 };
     let mut method = QuasiNewton::new(choice);
     let mut x = [0.0; 2];
-    method.next(&[0..2], &mut x, &[1.0, 0.0], &[1.0, 0.0]);
-    method.next(&[0..2], &mut x, &[0.5, 0.0], &[0.4, 0.1]);
-    method.end_window(&[0..2], &[0.1, 0.0], &[0.0, 0.0]);
+    method.next(&one(2), &mut x, &[1.0, 0.0], &[1.0, 0.0]);
+    method.next(&one(2), &mut x, &[0.5, 0.0], &[0.4, 0.1]);
+    method.end_window(&one(2), &[0.1, 0.0], &[0.0, 0.0]);
     assert_eq!(method.columns(), 2);
-    method.next(&[0..2], &mut x, &[1.0, 1.0], &[1.0, 1.0]);
-    method.next(&[0..2], &mut x, &[0.5, 1.0], &[0.2, 0.7]);
+    method.next(&one(2), &mut x, &[1.0, 1.0], &[1.0, 1.0]);
+    method.next(&one(2), &mut x, &[0.5, 1.0], &[0.2, 0.7]);
     assert_eq!(method.columns(), 3);
     method.restart_window();
     assert_eq!(method.columns(), 2);

@@ -188,7 +188,8 @@ impl Unknowns {
     fn of(pair: &Pair, parallel: bool) -> Self {
         let n = pair.load.len();
         let mut x = pair.load.clone();
-        let mut blocks = Vec::from([0..n]);
+        let mut blocks = Vec::with_capacity(2);
+        blocks.push(0..n);
         if parallel {
             x.extend_from_slice(&pair.new_velocity);
             blocks.push(n..2 * n);

@@ -197,7 +197,7 @@ fn resolve_clamp(clamp: typed::Clamp, gradient: GradientOperator) -> Clamp {
     let region = match (clamp.face, clamp.bounds, clamp.circle) {
         (Some(face), ..) => ClampRegion::Face { face, rows },
         (None, Some(bounds), _) => ClampRegion::Box { bounds },
-        (None, None, Some(circle)) => ClampRegion::Ball { circle },
+        (None, None, Some(circle)) => ClampRegion::Circle { circle },
         (None, None, None) => unreachable!("the check wants a face, a box or a circle"),
     };
     Clamp { name: clamp.name, body: clamp.body, region }
@@ -254,7 +254,7 @@ impl Clamp {
     pub fn rows_box(&self, body: &AxisBox, cell: f64) -> Option<AxisBox> {
         match &self.region {
             ClampRegion::Face { face, rows } => Some(beyond(body, *face, *rows as f64 * cell)),
-            ClampRegion::Box { .. } | ClampRegion::Ball { .. } => None,
+            ClampRegion::Box { .. } | ClampRegion::Circle { .. } => None,
         }
     }
 }

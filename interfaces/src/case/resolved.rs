@@ -321,7 +321,7 @@ pub enum ClampRegion {
         bounds: AxisBox,
     },
     /// The body ends on the circle's arc, and points of the arc are fixed.
-    Ball {
+    Circle {
         /// The circle.
         circle: Ball,
     },

@@ -33,7 +33,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
         let clamps: Vec<&Clamp> = structure.clamps.iter().filter(|c| c.body == part.name).collect();
         let mut arcs = Vec::new();
         if off_lattice(part, &clamps) {
-            (body, arcs) = scattered(part, &clamps, structure.particle_spacing, body)?;
+            (body, arcs) = scattered(part, &clamps, structure.particle_spacing, &body)?;
         }
         for clamp in clamps {
             match &clamp.region {
@@ -42,7 +42,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
                         body.with_fixed_nodes(&face_points(*face, &part.bounds, structure.particle_spacing));
                 }
                 ClampRegion::Face { face, rows: 0 } => body = body.with_fixed_face(face.axis(), side(*face)),
-                ClampRegion::Ball { .. } => body = body.with_fixed_nodes(&std::mem::take(&mut arcs)),
+                ClampRegion::Circle { .. } => body = body.with_fixed_nodes(&std::mem::take(&mut arcs)),
                 ClampRegion::Face { face, rows } => {
                     body = body.with_fixed_rows(face.axis(), side(*face), *rows);
                 }
@@ -118,7 +118,7 @@ fn face_points<const D: usize>(face: Face, of: &AxisBox, spacing: f64) -> Vec<Ve
 
 /// Whether the body's particles are no lattice along the axes.
 fn off_lattice(part: &resolved::Body, clamps: &[&Clamp]) -> bool {
-    let is_cut = clamps.iter().any(|clamp| matches!(clamp.region, ClampRegion::Ball { .. }));
+    let is_cut = clamps.iter().any(|clamp| matches!(clamp.region, ClampRegion::Circle { .. }));
     part.lattice_angle != 0.0 || part.jitter != 0.0 || part.relaxation > 0 || is_cut
 }
 
@@ -128,12 +128,12 @@ fn scattered<const D: usize>(
     part: &resolved::Body,
     clamps: &[&Clamp],
     spacing: f64,
-    like: Body<D>,
+    like: &Body<D>,
 ) -> Result<(Body<D>, Vec<Vector<D>>), ParticipantError> {
     let (low, high) = corners::<2>(&part.bounds);
     let (mut outline, mut arcs) = (rectangle(low, high), Vec::new());
     for clamp in clamps {
-        let ClampRegion::Ball { circle } = &clamp.region else { continue };
+        let ClampRegion::Circle { circle } = &clamp.region else { continue };
         let centre = Vector::from_column_slice(&circle.centre);
         let (cut, nodes) = without_disc(&outline, &centre, circle.radius, spacing).ok_or_else(|| {
             failed(format!(
