@@ -20,19 +20,19 @@
 //! initial velocity excites on the lattice, with the fifth power of the step. With 4 / 6 / 10 layers 2.3e-3, 6.4e-4, 1.1e-4 of it at nine tenths of the
 //! limit of stability; at a quarter ([`Setup::step_fraction`]) 6.4e-5, 2.9e-5 and 9.5e-6.
 //!
-//! Speed, ns per particle and Runge–Kutta step (four force evaluations), one core with AVX-512, windows of 10 steps, best of several calls on a
-//! loaded machine; instructions counted with AVX2 (`cargo bench -p structure`):
+//! Speed, ns per particle and Runge–Kutta step (four force evaluations), one core with AVX-512, windows of 10 steps (`cargo bench -p structure --bench step`, an
+//! otherwise idle machine); what two threads gain; instructions counted with AVX2 (`--bench instructions`):
 //!
-//! | gradient, particles | 2,000 | 30,000 | 300,000 | instructions |
-//! |---|---|---|---|---|
-//! | first-order, lattice | 60 | 67 | 97 | 1,467 |
-//! | first-order, general | 89 | 108 | 395 | 2,007 |
-//! | quadratic, lattice | 91 | 93 | 245 | 2,749 |
-//! | quadratic, general | 135 | 160 | 489 | 3,306 |
+//! | gradient, particles | 3,000 | 30,000 | 300,000 | two threads at 3,000 / 30,000 / 300,000 | instructions |
+//! |---|---|---|---|---|---|
+//! | first-order, lattice | 70 | 84 | 118 | 1.36 / 1.46 / 1.98 | 1,467 |
+//! | first-order, general | 104 | 116 | 304 | 1.69 / 1.70 / 2.03 | 2,007 |
+//! | quadratic, lattice | 105 | 101 | 194 | 1.67 / 1.81 / 1.98 | 2,749 |
+//! | quadratic, general | 145 | 163 | 410 | 1.53 / 1.75 / 2.20 | 3,306 |
 //!
-//! (300,000: processor time, and but for the first row windows of one step, whose conversions count in full.) Memory moved an evaluation, counted from the
+//! Memory moved an evaluation, counted from the
 //! arrays: 0.33 kB a particle (first-order) and 0.47 kB (quadratic), in the general path 0.84 and 1.0 kB more for weights and indices that no
-//! two particles share. At 300,000 that makes 8 to 14 GB/s, where `a = b + s c` reached 38 GB/s on the same core. Threads share a pass from 1,024
+//! two particles share. At 300,000 that makes 10 to 15 GB/s, where `a = b + s c` reached 38 GB/s on the same core. Threads share a pass from 1,024
 //! particles on; with fewer none is woken.
 //!
 //! To read the method, start at [`time_step`] (the Runge–Kutta step), then `kernels` (stresses and accelerations), `gradient` (the
