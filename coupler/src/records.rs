@@ -109,7 +109,6 @@ impl Records {
     pub fn record_iterations(&mut self) -> output::Result<()> {
         let columns = ["window", "iteration", "residual_absolute", "residual_relative", "residual_of_first"];
         self.iterations = Some(Table::create(&self.dir.join(ITERATIONS), &columns)?);
-        self.solved = IterationSums::default();
         Ok(())
     }
 

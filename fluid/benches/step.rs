@@ -1,49 +1,21 @@
 //! The whole step and its parts on a column of water of about 5,000 and 50,000 particles that has begun to collapse:
 //! `cargo bench -p fluid --bench step`.
 
+mod column;
+
+use column::column;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use fluid::neighbourhood::{Bodies, Neighbourhood};
 use fluid::preconditioner::PressurePreconditioner;
 use fluid::pressure_operator::{self, OperatorScratch, PressureOperator};
-use fluid::{
-    Fluid, FluidProperties, InterfaceInput, InterfaceParticles, Options, Preconditioner, State, WallPart,
-    WallShape, Walls,
-};
+use fluid::{Fluid, InterfaceInput, Preconditioner, State};
 use sph::Vector;
 use sph::kernel::CubicSpline;
-use sph::lattice::Lattice;
 use sph::neighbours::CellGrid;
 
-fn wall(name: &str, low: [f64; 2], high: [f64; 2]) -> WallPart<2> {
-    let shape = WallShape::Box { low: low.into(), high: high.into() };
-    WallPart { name: name.into(), shape, velocity: Vector::zeros(), motion: None }
-}
-
-/// A column 1 × 2 in a tank 4 wide after 20 steps, and its solver.
+/// The column after 20 steps, and its solver.
 fn collapsing(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
-    let dx = 1.0 / cells as f64;
-    let t = 4.0 * dx;
-    let parts = vec![
-        wall("bed", [-t, -t], [4.0 + t, 0.0]),
-        wall("left", [-t, 0.0], [0.0, 3.0]),
-        wall("right", [4.0, 0.0], [4.0 + t, 3.0]),
-    ];
-    let lattice = Lattice::<2>::fill_box(Vector::zeros(), [1.0, 2.0].into(), dx);
-    let count = lattice.positions.len();
-    let properties = FluidProperties {
-        density: 1000.0,
-        kinematic_viscosity: 1e-6,
-        gravity: [0.0, -9.81].into(),
-        spacing: dx,
-        particle_volume: lattice.cell_volume(),
-        domain: ([-1.0, -1.0].into(), [5.0, 10.0].into()),
-        periodic: [false; 2],
-    };
-    let mut state = State::new(lattice.positions, vec![Vector::zeros(); count]);
-    let walls = Walls::new(parts, dx, 2.4 * dx).expect("boxes are boxes");
-    let options = Options { pressure_tolerance: tolerance, ..Options::default() };
-    let mut fluid = Fluid::new(properties, options, walls, InterfaceParticles::default(), &state)
-        .expect("sound settings");
+    let (mut fluid, mut state) = column(cells, tolerance);
     let mut trial = State::default();
     for _ in 0..20 {
         let dt = fluid.stable_step(&state, &[]);

@@ -53,7 +53,7 @@
 //!
 //! Measured with this crate in two dimensions, water, `h = 1.2 Δx`: "tank" is 0.5 wide and 1 deep (H/Δx = 20, positions jittered by 0.1 Δx, 6 s), "dam" a
 //! column 1 × 2 in a tank 4 wide (Δx = width/20, 1.5 s). `K` is kinetic energy; the default gives in the tank a mean `K` of 0.017 J that does not grow.
-//! The sub-particle-scale model was off in these runs. The paper's choices together are [`Options::paper`].
+//! The sub-particle-scale model was off in these runs, and the budget of Eq. (18) did not yet count the time integration's error ([`velocity_correction`]). The paper's choices together are [`Options::paper`].
 //!
 //! | paper | here | why |
 //! |---|---|---|

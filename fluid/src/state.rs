@@ -106,21 +106,6 @@ impl<const D: usize> State<D> {
         sieve(&mut self.position_potentials, keep);
     }
 
-    /// Puts the particles into another order: the new particle `i` is the old `order[i]`, each of which occurs once.
-    pub fn reorder(&mut self, order: &[u32]) {
-        assert_eq!(order.len(), self.len(), "an order names every particle once");
-        fn gather<T: Copy>(values: &mut Vec<T>, order: &[u32]) {
-            *values = order.iter().map(|&i| values[i as usize]).collect();
-        }
-        gather(&mut self.ids, order);
-        gather(&mut self.positions, order);
-        gather(&mut self.velocities, order);
-        gather(&mut self.pressures, order);
-        gather(&mut self.classes, order);
-        gather(&mut self.pressure_accelerations, order);
-        gather(&mut self.position_potentials, order);
-    }
-
     /// The state as bytes (little endian): a restart from them is identical to the bit.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(72 + self.len() * (8 * (3 * D + 2) + 5));

@@ -38,6 +38,20 @@ impl<const D: usize> Lattice<D> {
     }
 }
 
+/// The points, each displaced at random along each axis by at most `amplitude` (m). The numbers are those of SplitMix64 (Steele, Lea and Flood
+/// 2014) from the seed, so that a start is the same everywhere.
+pub fn jittered<const D: usize>(points: Vec<Vector<D>>, amplitude: f64, seed: u64) -> Vec<Vector<D>> {
+    let mut state = seed;
+    let mut next = || {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        (z ^ (z >> 31)) as f64 / u64::MAX as f64
+    };
+    points.into_iter().map(|p| p + Vector::from_fn(|_, _| amplitude * (2.0 * next() - 1.0))).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

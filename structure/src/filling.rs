@@ -2,7 +2,7 @@
 
 use crate::cells::{Cell, relax_to_centroids};
 use sph::Vector;
-use sph::lattice::Lattice;
+use sph::lattice::{Lattice, jittered};
 
 /// Chords of an arc in a spacing: the arc's area is then missed by `(Δx/8)³/(12 R)` a chord.
 const CHORDS: f64 = 8.0;
@@ -30,22 +30,8 @@ impl Filling {
         high: Vector<2>,
         outline: &[Vector<2>],
     ) -> (Vec<Vector<2>>, Vec<Cell<2>>) {
-        let mut state = self.seed;
-        // SplitMix64 (Steele, Lea and Flood 2014), as the fluid's jitter: a start is the same everywhere.
-        let mut noise = || {
-            state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-            let mut z = state;
-            z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-            z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-            2.0 * ((z ^ (z >> 31)) as f64 / u64::MAX as f64) - 1.0
-        };
-        let amplitude = self.jitter * self.spacing;
-        let positions = self
-            .lattice(low, high)
-            .into_iter()
-            .map(|p| p + Vector::from_fn(|_, _| amplitude * noise()))
-            .filter(|p| contains(outline, p))
-            .collect();
+        let points = jittered(self.lattice(low, high), self.jitter * self.spacing, self.seed);
+        let positions = points.into_iter().filter(|p| contains(outline, p)).collect();
         relax_to_centroids(positions, outline, self.spacing, self.sweeps)
     }
 

@@ -63,7 +63,7 @@ fn run(pair: &mut Pair, scheme: &mut Implicit, windows: usize, size: f64) -> (Ve
 }
 
 fn iterations(accepted: &[Accepted]) -> Vec<u32> {
-    accepted.iter().map(|a| a.convergence.expect("an implicit scheme").iterations).collect()
+    accepted.iter().map(|a| a.window.iteration + 1).collect()
 }
 
 /// One unknown in truth: every point feels the same. The residual contracts by `1 − r (1 + μ)` with constant relaxation, and two residuals tell the secant
@@ -173,10 +173,8 @@ fn the_limit_continues_stops_or_shrinks_as_the_case_says() {
     };
     let mut pair = column(9.0, End, &Log::default());
     let (accepted, _) = run(&mut pair, &mut slow(AtLimit::Continue, 10), 3, 1e-4);
-    for window in &accepted {
-        let convergence = window.convergence.expect("an implicit scheme");
-        assert_eq!((convergence.iterations, convergence.residual.converged), (10, false));
-    }
+    assert_eq!(iterations(&accepted), [10; 3]);
+    assert!(pair.residuals.len() == 10 && pair.residuals.iter().all(|left| !left.converged));
     let mut pair = column(9.0, End, &Log::default());
     let mut schedule = Schedule::new(0.0, 1e-4, 1e-4, 1e-4, SubSteps::Stable);
     let mut shrinking = slow(AtLimit::Shrink, 10);
@@ -185,8 +183,8 @@ fn the_limit_continues_stops_or_shrinks_as_the_case_says() {
         .expect_err("it is no better when small");
     let SchemeError::NotConverged { size, .. } = error else { panic!("{error}") };
     assert_eq!(size, 1e-4 / 1024.0);
-    // The stiff spring makes the contraction depend on the window: −(1 + μ) r + 1 with an effective mass m (1 + (ω Δt)²/…): a small window is what
-    // the relaxation suits, so it shrinks until it converges, and the next windows start from what the schedule allows.
+    // r = 0.1 suits a window in which the spring hardly moves; in 0.02 s it does (ω Δt = 1.3), and 12 iterations do not converge. The window shrinks until
+    // they do, and the next starts from what the schedule allows.
     let fluid = side(build("added-mass-column wall=moving mass=9").expect("a mock"));
     let structure = side(build("spring-mass stiffness=4e3 displacement=0,0.01").expect("a mock"));
     let mut pair = Pair::initialize(fluid, structure, 0.0, End).expect("they fit");

@@ -6,19 +6,23 @@ use std::collections::VecDeque;
 #[derive(Clone, Debug)]
 pub struct Extrapolation {
     order: usize,
+    /// The first iterate of the first window.
+    initial: Vec<f64>,
     outcomes: VecDeque<(f64, Vec<f64>)>,
 }
 
 impl Extrapolation {
-    /// Order 0 takes the last outcome, order 1 and 2 the line and the parabola through the last two and three.
-    pub fn new(order: usize) -> Self {
-        Self { order, outcomes: VecDeque::new() }
+    /// Order 0 takes the last outcome, order 1 and 2 the line and the parabola through the last two and three; before the first window the
+    /// `initial` values stand in.
+    pub fn new(order: usize, initial: Vec<f64>) -> Self {
+        Self { order, initial, outcomes: VecDeque::new() }
     }
 
-    /// Fills `x` for the window with its middle at `time` (s); leaves it before the first window.
+    /// Fills `x` for the window with its middle at `time` (s).
     pub fn guess(&self, time: f64, x: &mut [f64]) {
         let points: Vec<f64> = self.outcomes.iter().map(|(t, _)| *t).collect();
         if points.is_empty() {
+            x.copy_from_slice(&self.initial);
             return;
         }
         x.fill(0.0);
@@ -50,8 +54,8 @@ mod tests {
     fn polynomials_up_to_the_order_are_continued_exactly() {
         for order in 0..3 {
             let value = |t: f64| [1.0, 2.0 + t, 3.0 - t + t * t][order];
-            let mut extrapolation = Extrapolation::new(order);
-            let mut x = [7.0];
+            let mut extrapolation = Extrapolation::new(order, vec![7.0]);
+            let mut x = [1e9];
             extrapolation.guess(0.0, &mut x);
             assert_eq!(x, [7.0], "nothing is known before the first window");
             // Unequal windows.

@@ -11,7 +11,7 @@
 //! Nothing that was solved before step 3 is seen by records or outputs: participants solve every time from their accepted state.
 
 use super::extrapolation::Extrapolation;
-use super::{Accepted, Convergence, Onward, Pair, SchemeError};
+use super::{Accepted, Onward, Pair, SchemeError};
 use crate::acceleration::Acceleration;
 use crate::condition46::Condition46;
 use crate::convergence::{Measures, Residual};
@@ -73,21 +73,16 @@ impl Implicit {
         mut record: impl FnMut(&Accepted, &Pair) -> Result<Onward, SchemeError>,
     ) -> Result<(), SchemeError> {
         let mut unknowns = Unknowns::of(pair, self.parallel);
-        let mut outcomes = Extrapolation::new(self.extrapolation);
+        let mut outcomes = Extrapolation::new(self.extrapolation, unknowns.x.clone());
         while let Some(mut window) = schedule.next(pair.window_limit()) {
-            let (condition46, convergence) = self.converge(pair, &mut window, &mut unknowns, &outcomes)?;
+            let condition46 = self.converge(pair, &mut window, &mut unknowns, &outcomes)?;
             self.acceleration.end_window(&unknowns.blocks, &unknowns.y, &unknowns.r);
             outcomes.accept(middle(&window), &unknowns.x);
 
             let output = schedule.accept(&window);
             let applied = pair.applied();
             pair.accept(&window, output)?;
-            let accepted = Accepted {
-                condition46: Some(condition46),
-                applied: Some(applied),
-                convergence: Some(convergence),
-                ..Accepted::alone(window, schedule.time(), output)
-            };
+            let accepted = Accepted::alone(window, schedule.time(), output).with(condition46, applied);
             if record(&accepted, pair)? == Onward::Stop {
                 break;
             }
@@ -95,14 +90,15 @@ impl Implicit {
         Ok(())
     }
 
-    /// Steps 1 to 4: iterates until the window has converged, or the limit decides. The window may have shrunk then.
+    /// Steps 1 to 4: iterates until the window has converged, or the limit decides. The window may have shrunk then; what each iteration left is in
+    /// [`Pair::residuals`].
     fn converge(
         &mut self,
         pair: &mut Pair,
         window: &mut TimeWindow,
         unknowns: &mut Unknowns,
         outcomes: &Extrapolation,
-    ) -> Result<(Condition46, Convergence), SchemeError> {
+    ) -> Result<Condition46, SchemeError> {
         let smallest = SMALLEST_SHARE * window.size;
         let (mut first, mut attempts) = (Vec::new(), 0);
         pair.residuals.clear();
@@ -118,15 +114,14 @@ impl Implicit {
             let residual = self.measures.judge(blocks, y, r, &mut first);
             pair.residuals.push(residual);
             attempts += 1;
-            let convergence = Convergence { iterations: window.iteration + 1, residual };
             if residual.converged {
-                return Ok((condition46, convergence));
+                return Ok(condition46);
             }
             if attempts < self.iterations_limit {
                 self.acceleration.next(blocks, x, y, r);
             } else {
                 match self.at_limit {
-                    AtLimit::Continue => return Ok((condition46, convergence)),
+                    AtLimit::Continue => return Ok(condition46),
                     AtLimit::Shrink if 0.5 * window.size >= smallest => {
                         window.size *= 0.5;
                         self.acceleration.restart_window();

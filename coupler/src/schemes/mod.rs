@@ -10,7 +10,6 @@ pub mod serial_explicit;
 pub use pair::Pair;
 
 use crate::condition46::{Condition46, Resultant};
-use crate::convergence::Residual;
 use crate::schedule::Schedule;
 use crate::side::SideError;
 use implicit::Implicit;
@@ -82,24 +81,18 @@ pub struct Accepted {
     pub condition46: Option<Condition46>,
     /// Resultant of the load under which the structure was solved, relaxation included; nothing without a partner.
     pub applied: Option<Resultant>,
-    /// How its iterations ended; nothing with an explicit scheme.
-    pub convergence: Option<Convergence>,
 }
 
 impl Accepted {
     /// A window of which nothing is known but the time at its end (s) and the output due there.
     pub fn alone(window: TimeWindow, time: f64, output: Option<u64>) -> Self {
-        Self { window, time, output, condition46: None, applied: None, convergence: None }
+        Self { window, time, output, condition46: None, applied: None }
     }
-}
 
-/// How the iterations of a window ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Convergence {
-    /// Iterations solved, those before the window shrank among them.
-    pub iterations: u32,
-    /// What the last one left.
-    pub residual: Residual,
+    /// The same, with what condition (46) found and the resultant of the load under which the structure was solved.
+    fn with(self, condition46: Condition46, applied: Resultant) -> Self {
+        Self { condition46: Some(condition46), applied: Some(applied), ..self }
+    }
 }
 
 /// Why a scheme ended before its end time.

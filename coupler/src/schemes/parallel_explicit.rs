@@ -37,11 +37,7 @@ impl ParallelExplicit {
             pair.accept(&window, output)?;
             super::relax(&mut pair.load, &pair.new_load, self.relaxation);
             velocity.copy_from_slice(&pair.new_velocity);
-            let accepted = Accepted {
-                condition46: Some(condition46),
-                applied: Some(applied),
-                ..Accepted::alone(window, schedule.time(), output)
-            };
+            let accepted = Accepted::alone(window, schedule.time(), output).with(condition46, applied);
             if record(&accepted, pair)? == Onward::Stop {
                 break;
             }

@@ -47,11 +47,7 @@ impl SerialExplicit {
 
             let output = schedule.accept(&solution);
             pair.accept(&solution, output)?;
-            let accepted = Accepted {
-                condition46: Some(condition46),
-                applied: Some(applied),
-                ..Accepted::alone(solution, schedule.time(), output)
-            };
+            let accepted = Accepted::alone(solution, schedule.time(), output).with(condition46, applied);
             if record(&accepted, pair)? == Onward::Stop {
                 break;
             }

@@ -12,7 +12,7 @@ use interfaces::case::region::{FluidVelocity, Region, RegionShape};
 use interfaces::case::resolved::{self, MotionLaw, MotionPath, Slip};
 use interfaces::case::{AxisBox, Case, geometry};
 use sph::Vector;
-use sph::lattice::Lattice;
+use sph::lattice::{Lattice, jittered};
 
 /// A fluid as the case describes it.
 pub struct Made<const D: usize> {
@@ -39,7 +39,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
             points.retain(|p| (p - centre).norm() < ball.radius);
         }
         volume += cell * points.len() as f64;
-        let points = jittered(points, region, spacing);
+        let points = jittered(points, region.jitter * spacing, u64::from(region.seed));
         velocities.extend(points.iter().map(|p| velocity(region, &bounds, p)));
         positions.extend(points.iter().map(|p| p + wave(region, &bounds, p)));
     }
@@ -188,21 +188,6 @@ fn numerics(from: &FluidNumerics) -> Options {
         contact_distance: from.contact_distance,
         ..base
     }
-}
-
-/// The lattice's points, each displaced along each axis by at most the region's jitter times the spacing. The numbers are those of
-/// SplitMix64 (Steele, Lea and Flood 2014) from the region's seed, so that a start is the same everywhere.
-fn jittered<const D: usize>(points: Vec<Vector<D>>, region: &Region, spacing: f64) -> Vec<Vector<D>> {
-    let mut state = u64::from(region.seed);
-    let mut next = || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        (z ^ (z >> 31)) as f64 / u64::MAX as f64
-    };
-    let amplitude = region.jitter * spacing;
-    points.into_iter().map(|p| p + Vector::from_fn(|_, _| amplitude * (2.0 * next() - 1.0))).collect()
 }
 
 #[cfg(test)]
