@@ -14,7 +14,7 @@ use std::array::from_fn;
 use std::ops::Range;
 
 /// Fewer slices than this are not shared among threads: handing half of so short a pass over costs more than it saves. Two threads over one
-/// were measured to be 1.0 at 250 particles and 1.2 to 1.3 at 1,000 (loaded machine), 1.4 to 1.7 at 3,000 (idle).
+/// were measured to be 1.0 at 250 particles and 1.2 to 1.3 at 1,000 (loaded machine), 1.7 to 2.0 at 3,000 (idle).
 const PARALLEL_SLICES: usize = 128;
 
 /// Whether passes over so many slices are shared among threads.

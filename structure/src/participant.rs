@@ -19,8 +19,8 @@ use sph::Vector;
 use std::path::Path;
 use std::time::Instant;
 
-/// Sub-steps in a window of a structure without a partner, which nobody else limits.
-const SUB_STEPS_ALONE: f64 = 100.0;
+/// Most sub-steps in a window of a structure without a partner, which nobody else limits: its stable step is found between windows.
+const SUB_STEPS_ALONE: u32 = 100;
 
 /// The structure of `case`, writing its snapshots to the folder `out`.
 ///
@@ -65,7 +65,7 @@ fn build<const D: usize>(case: &Case) -> Result<(Structure<D>, State<D>), Partic
     let mut structure = Structure::new(made.setup).map_err(failed)?;
     let mut state = structure.state_at_rest(0.0);
     state.velocities = made.velocities;
-    structure.evaluate_energy(&mut state).map_err(failed)?;
+    structure.evaluate(&mut state).map_err(failed)?;
     Ok((structure, state))
 }
 
@@ -90,7 +90,8 @@ struct StructureParticipant<const D: usize> {
     /// Pressure gradient at the interface particles (Pa/m).
     load: Vec<Vector<D>>,
     gravity: Vector<D>,
-    fixed_sub_steps: Option<u32>,
+    /// Sub-steps of the largest window, unless windows may be of any size.
+    most_sub_steps: Option<u32>,
     readers: Vec<Reader<D>>,
     report: Option<WindowReport>,
     snapshots: Snapshots<D>,
@@ -101,9 +102,10 @@ impl<const D: usize> StructureParticipant<D> {
         let (structure, accepted) = build::<D>(case)?;
         let points = structure.interface_particles().len();
         let readers = readers(case, &structure)?;
-        let fixed_sub_steps = match case.coupling.as_ref().map(|c| c.sub_steps) {
+        let most_sub_steps = match case.coupling.as_ref().map(|c| c.sub_steps) {
             Some(SubSteps::Fixed(count)) => Some(count),
-            _ => None,
+            Some(SubSteps::Stable) => None,
+            None => Some(SUB_STEPS_ALONE),
         };
         Ok(Self {
             description: describe::<D>(case, points),
@@ -111,7 +113,7 @@ impl<const D: usize> StructureParticipant<D> {
             trial: accepted.clone(),
             accepted,
             load: vec![Vector::zeros(); points],
-            fixed_sub_steps,
+            most_sub_steps,
             readers,
             report: None,
             snapshots: Snapshots::create(out, &structure)?,
@@ -119,14 +121,9 @@ impl<const D: usize> StructureParticipant<D> {
         })
     }
 
-    /// The largest window (s): what the fixed number of sub-steps can do stably; alone, a window of its own choice.
-    fn window_limit(&self, coupled: bool) -> f64 {
-        let stable = self.structure.stable_time_step();
-        match self.fixed_sub_steps {
-            Some(count) => stable * f64::from(count),
-            None if coupled => f64::INFINITY,
-            None => stable * SUB_STEPS_ALONE,
-        }
+    /// The largest window (s) from a state: what its number of sub-steps can do stably.
+    fn window_limit(&self, state: &State<D>) -> f64 {
+        self.most_sub_steps.map_or(f64::INFINITY, |count| state.stability.step * f64::from(count))
     }
 
     fn give_motion(&self, state: &State<D>, outputs: &mut Fields) {
@@ -195,7 +192,10 @@ impl<const D: usize> Participant for StructureParticipant<D> {
         }
         self.give_motion(&self.accepted, outputs);
         self.snapshots.write(&mut self.structure, &self.accepted)?;
-        Ok(Readiness { window_limit: self.window_limit(true), scalars: self.scalars(&self.accepted) })
+        Ok(Readiness {
+            window_limit: self.window_limit(&self.accepted),
+            scalars: self.scalars(&self.accepted),
+        })
     }
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
@@ -207,7 +207,7 @@ impl<const D: usize> Participant for StructureParticipant<D> {
         }
         let sub_steps = match window.sub_steps {
             SubSteps::Fixed(count) => count as usize,
-            SubSteps::Stable => self.structure.stable_sub_steps(window.size),
+            SubSteps::Stable => self.accepted.stable_sub_steps(window.size),
         };
         self.accepted.time = window.start;
         let load = Load::Held(&self.load);
@@ -216,7 +216,7 @@ impl<const D: usize> Participant for StructureParticipant<D> {
             .map_err(failed)?;
         self.report = Some(WindowReport {
             sub_steps: sub_steps as u32,
-            window_limit: self.window_limit(true),
+            window_limit: self.window_limit(&self.trial),
             scalars: self.scalars(&self.trial),
             compute_seconds: started.elapsed().as_secs_f64(),
         });

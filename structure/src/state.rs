@@ -13,6 +13,18 @@ pub struct State<const D: usize> {
     pub velocities: Vec<Vector<D>>,
     /// Energies.
     pub energy: Energy,
+    /// How long the next sub-steps may be.
+    pub stability: Stability,
+}
+
+/// The stable sub-step of a state, and the strain that it was found at: large strains stiffen the structure or soften it. It is kept with the state,
+/// so that whatever is computed from a state depends on nothing else.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stability {
+    /// Largest component of the Green–Lagrange strain, in magnitude, when `step` was found.
+    pub strain: f64,
+    /// Stable sub-step (s).
+    pub step: f64,
 }
 
 /// Energies and works (J; in two dimensions for one metre of depth).

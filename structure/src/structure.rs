@@ -9,7 +9,7 @@ use crate::lanes::{LANES, plus_identity};
 use crate::material::{ConstitutiveLaw, with_law};
 use crate::numbering::{NOBODY, Numbering};
 use crate::setup::{Gradient, Setup};
-use crate::state::{Derived, Energy, State};
+use crate::state::{Derived, Energy, Stability, State};
 use crate::stencil::Stencil;
 use crate::{Error, ErrorKind, SetupError};
 use sph::neighbours::{CellGrid, NeighbourList};
@@ -79,7 +79,8 @@ impl<const D: usize> Structure<D> {
             hourglass: None,
         };
         structure.hourglass = structure.build_hourglass();
-        structure.stable_time_step = structure.stable_time_step_at_rest();
+        let at_rest = vec![Vector::zeros(); structure.len()];
+        structure.stable_time_step = structure.stable_time_step_about(&at_rest);
         Ok(structure)
     }
 
@@ -142,15 +143,17 @@ impl<const D: usize> Structure<D> {
             positions: self.reference.clone(),
             velocities: vec![Vector::zeros(); self.len()],
             energy: Energy::default(),
+            stability: Stability { strain: 0.0, step: self.stable_time_step },
         }
     }
 
-    /// Sets kinetic and strain energy of a state made by hand (with initial velocities, say); the works are left as they are.
-    pub fn evaluate_energy(&mut self, state: &mut State<D>) -> Result<(), Error> {
+    /// Sets the kinetic and strain energy and the stable step of a state made by hand (with initial velocities, say); the works are left as
+    /// they are.
+    pub fn evaluate(&mut self, state: &mut State<D>) -> Result<(), Error> {
         self.load_state(state)?;
-        let (kinetic, strain) = (self.kinetic_energy(), self.strain_energy());
-        state.energy.kinetic = kinetic;
-        state.energy.strain = strain;
+        state.energy.kinetic = self.kinetic_energy();
+        state.energy.strain = self.strain_energy();
+        state.stability = self.stability(state, state.stability);
         Ok(())
     }
 
@@ -265,6 +268,7 @@ impl<const D: usize> Structure<D> {
         to.energy.strain = self.strain_energy();
         to.energy.load_work = from.energy.load_work + self.work(row::WORK);
         to.energy.dissipated = from.energy.dissipated + self.work(row::DISSIPATION);
+        to.stability = self.stability(to, from.stability);
         Ok(())
     }
 

@@ -44,7 +44,7 @@ impl<const D: usize> Structure<D> {
         sub_steps: usize,
         load: &Load<D>,
     ) -> Result<Report, Error> {
-        self.check_window(from.time, dt, sub_steps)?;
+        Self::check_window(from, dt, sub_steps)?;
         self.check_load(load, from.time)?;
         self.load_state(from)?;
         let sub_step = dt / sub_steps as f64;
@@ -75,20 +75,24 @@ impl<const D: usize> Structure<D> {
         Ok(Report { sub_steps, sub_step })
     }
 
-    /// The number of sub-steps in a window of length `dt` (s) that stability asks for.
-    pub fn stable_sub_steps(&self, dt: f64) -> usize {
-        ((dt / (self.stable_time_step * STEP_TOLERANCE)).ceil() as usize).max(1)
-    }
-
-    fn check_window(&self, time: f64, window: f64, sub_steps: usize) -> Result<(), Error> {
+    fn check_window(from: &State<D>, window: f64, sub_steps: usize) -> Result<(), Error> {
+        let time = from.time;
         if !(window > 0.0 && window.is_finite() && sub_steps > 0) {
             return Err(Error::Window { time, window, sub_steps });
         }
         let sub_step = window / sub_steps as f64;
-        if sub_step > self.stable_time_step * STEP_TOLERANCE {
-            let (stable, remedy) = (self.stable_time_step, self.stable_sub_steps(window));
+        let stable = from.stability.step;
+        if sub_step > stable * STEP_TOLERANCE {
+            let remedy = from.stable_sub_steps(window);
             return Err(Error::Unstable { time, sub_step, stable, window, remedy });
         }
         Ok(())
+    }
+}
+
+impl<const D: usize> State<D> {
+    /// The number of sub-steps in a window of length `dt` (s) from this state that stability asks for.
+    pub fn stable_sub_steps(&self, dt: f64) -> usize {
+        ((dt / (self.stability.step * STEP_TOLERANCE)).ceil() as usize).max(1)
     }
 }

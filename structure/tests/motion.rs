@@ -34,7 +34,7 @@ fn swinging(structure: &mut Structure<2>, amount: f64) -> State<2> {
             state.velocities[i] = V::from([0.0, amount * x * x]);
         }
     }
-    structure.evaluate_energy(&mut state).unwrap();
+    structure.evaluate(&mut state).unwrap();
     state
 }
 
@@ -146,7 +146,7 @@ fn viscous_damping_slows_a_free_body_exponentially() {
     let mut structure = Structure::new(setup).unwrap();
     let mut from = structure.state_at_rest(0.0);
     from.velocities.iter_mut().for_each(|u| *u = V::from([1.0, 0.0]));
-    structure.evaluate_energy(&mut from).unwrap();
+    structure.evaluate(&mut from).unwrap();
     let mut to = from.clone();
     let dt = 20.0 * structure.stable_time_step();
     structure.advance(&from, &mut to, dt, 200, &Load::None).unwrap();

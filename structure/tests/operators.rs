@@ -157,7 +157,7 @@ fn force_is_the_energys_gradient<const D: usize>(gradient: Gradient, body: Body<
             let mut energy = |sign: f64| {
                 let mut moved = state.clone();
                 moved.positions[particle][i] += sign * step;
-                structure.evaluate_energy(&mut moved).unwrap();
+                structure.evaluate(&mut moved).unwrap();
                 moved.energy.strain
             };
             let force = -(energy(1.0) - energy(-1.0)) / (2.0 * step);
