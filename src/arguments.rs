@@ -19,6 +19,7 @@ Examples:
   meniscus check my_case.toml                           all mistakes of a case at once, and what would run
   meniscus report out/elastic_gate                      report.html with curves, balances and frames
   meniscus validate structure                           benchmarks against their references, into out/validate
+  meniscus export-fmu cases/oscillating_plate -o plate.fmu    the structure for FMPy and other FMI tools
   meniscus mock --help                                  partners to test a solver of your own against";
 
 /// Exit codes: 0 done, 1 failed, 2 the case or the arguments are wrong, 130 interrupted.
@@ -38,6 +39,8 @@ pub enum Command {
     Structure(Solver),
     /// Serve a mock partner to a coupler
     Mock(Mock),
+    /// Package the structure of a case as a functional mock-up unit (FMU) for co-simulation in other tools
+    ExportFmu(ExportFmu),
     /// Print the JSON schema of case files, for editors
     Schema,
 }
@@ -76,6 +79,44 @@ pub struct Run {
     /// Prefix of everything in shared memory; whoever of a domain finds what a killed run of it left removes it
     #[arg(long, env = "MENISCUS_DOMAIN", value_name = "NAME", hide = true)]
     pub domain: Option<String>,
+}
+
+/// `meniscus export-fmu`.
+#[derive(Args)]
+pub struct ExportFmu {
+    /// The case.
+    #[command(flatten)]
+    pub case: CaseArguments,
+    /// The archive to write
+    #[arg(short, long, value_name = "FILE", default_value = "structure.fmu")]
+    pub output: PathBuf,
+    /// Version of the standard: 3 with arrays of the whole interface, 2 with scalar variables of some points
+    #[arg(long, value_enum, default_value = "3")]
+    pub fmi: FmiVersion,
+    /// Points that stand for the interface, as far apart as can be (FMI 2.0)
+    #[arg(long, value_name = "COUNT", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
+    pub points: u32,
+    /// Library of another platform to pack too, for example aarch64-darwin=libmeniscus_structure.dylib; repeatable
+    #[arg(long, value_name = "PLATFORM=FILE", value_parser = library)]
+    pub library: Vec<meniscus_structure::package::Library>,
+}
+
+/// Versions of FMI.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum FmiVersion {
+    /// FMI 2.0
+    #[value(name = "2")]
+    Two,
+    /// FMI 3.0
+    #[value(name = "3")]
+    Three,
+}
+
+fn library(text: &str) -> Result<meniscus_structure::package::Library, String> {
+    let (platform, file) = text
+        .split_once('=')
+        .ok_or("give PLATFORM=FILE, for example x86_64-windows=meniscus_structure.dll")?;
+    Ok(meniscus_structure::package::Library { platform: platform.to_owned(), file: file.into() })
 }
 
 /// `meniscus report`.

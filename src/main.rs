@@ -16,6 +16,7 @@ fn main() -> ExitCode {
         Command::Fluid(solver) => commands::participant::solver(&solver, interfaces::Role::Fluid),
         Command::Structure(solver) => commands::participant::solver(&solver, interfaces::Role::Structure),
         Command::Mock(mock) => commands::participant::mock(&mock),
+        Command::ExportFmu(export) => commands::export_fmu::export_fmu(&export),
         Command::Schema => commands::schema::schema(),
     }
 }

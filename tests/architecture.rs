@@ -42,6 +42,7 @@ fn dependencies_point_one_way() {
         "output",
         "fluid",
         "structure",
+        "structure-fmu",
         "coupler",
         "validation",
         "partners",
@@ -53,10 +54,23 @@ fn dependencies_point_one_way() {
         ("output", vec![]),
         ("fluid", vec!["sph", "interfaces", "output"]),
         ("structure", vec!["sph", "interfaces", "output"]),
+        ("structure-fmu", vec!["sph", "interfaces", "output", "structure"]),
         ("coupler", vec!["interfaces", "output"]),
         ("validation", vec!["interfaces", "output", "coupler"]),
         ("partners", vec!["interfaces"]),
-        ("meniscus", vec!["interfaces", "output", "fluid", "structure", "coupler", "validation", "partners"]),
+        (
+            "meniscus",
+            vec![
+                "interfaces",
+                "output",
+                "fluid",
+                "structure",
+                "structure-fmu",
+                "coupler",
+                "validation",
+                "partners",
+            ],
+        ),
     ]);
     let found = dependencies();
     for room in rooms {

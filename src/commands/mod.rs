@@ -1,6 +1,7 @@
 //! One file a command: from arguments to the one call that does the work, and back to an exit code.
 
 pub mod check;
+pub mod export_fmu;
 pub mod participant;
 pub mod report;
 pub mod run;

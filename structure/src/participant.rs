@@ -6,7 +6,7 @@ mod saved;
 mod setup;
 mod snapshot;
 
-use crate::{Load, MaterialPoint, State, Structure};
+use crate::{Derived, Load, MaterialPoint, State, Structure};
 use interfaces::case::Case;
 use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
 use interfaces::port::names;
@@ -28,8 +28,28 @@ const SUB_STEPS_ALONE: u32 = 100;
 /// What the setup refuses, with all its mistakes; a folder that cannot be written.
 pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>, ParticipantError> {
     Ok(match case.general.dimension {
-        2 => Box::new(StructureParticipant::<2>::new(case, out)?),
-        _ => Box::new(StructureParticipant::<3>::new(case, out)?),
+        2 => Box::new(StructureParticipant::<2>::new(case, Some(out))?),
+        _ => Box::new(StructureParticipant::<3>::new(case, Some(out))?),
+    })
+}
+
+/// The structure as a participant that also says how it is stressed.
+pub trait Stressed: Participant {
+    /// The largest von Mises stress (Pa) of the particles in the accepted state.
+    ///
+    /// # Errors
+    /// A state that is not finite.
+    fn largest_von_mises_stress(&mut self) -> Result<f64, ParticipantError>;
+}
+
+/// The structure of `case`, which writes no snapshots.
+///
+/// # Errors
+/// What the setup refuses, with all its mistakes.
+pub fn without_snapshots(case: &Case) -> Result<Box<dyn Stressed + Send>, ParticipantError> {
+    Ok(match case.general.dimension {
+        2 => Box::new(StructureParticipant::<2>::new(case, None)?),
+        _ => Box::new(StructureParticipant::<3>::new(case, None)?),
     })
 }
 
@@ -94,11 +114,12 @@ struct StructureParticipant<const D: usize> {
     most_sub_steps: Option<u32>,
     readers: Vec<Reader<D>>,
     report: Option<WindowReport>,
-    snapshots: Snapshots<D>,
+    derived: Derived<D>,
+    snapshots: Option<Snapshots<D>>,
 }
 
 impl<const D: usize> StructureParticipant<D> {
-    fn new(case: &Case, out: &Path) -> Result<Self, ParticipantError> {
+    fn new(case: &Case, out: Option<&Path>) -> Result<Self, ParticipantError> {
         let (structure, accepted) = build::<D>(case)?;
         let points = structure.interface_particles().len();
         let readers = readers(case, &structure)?;
@@ -116,7 +137,8 @@ impl<const D: usize> StructureParticipant<D> {
             most_sub_steps,
             readers,
             report: None,
-            snapshots: Snapshots::create(out, &structure)?,
+            derived: Derived::default(),
+            snapshots: out.map(|out| Snapshots::create(out, &structure)).transpose()?,
             structure,
         })
     }
@@ -158,12 +180,26 @@ impl<const D: usize> StructureParticipant<D> {
         scalars
     }
 
+    fn write_snapshot(&mut self) -> Result<(), ParticipantError> {
+        match &mut self.snapshots {
+            Some(snapshots) => snapshots.write(&mut self.structure, &self.accepted),
+            None => Ok(()),
+        }
+    }
+
     fn fluid_force(&self, body: &std::ops::Range<usize>) -> Vector<D> {
         let volumes = self.structure.volumes();
         let loaded = self.structure.interface_particles().iter().zip(&self.load);
         loaded
             .filter(|(particle, _)| body.contains(&(**particle as usize)))
             .fold(Vector::zeros(), |sum, (particle, gradient)| sum - gradient * volumes[*particle as usize])
+    }
+}
+
+impl<const D: usize> Stressed for StructureParticipant<D> {
+    fn largest_von_mises_stress(&mut self) -> Result<f64, ParticipantError> {
+        self.structure.derive(&self.accepted, &mut self.derived).map_err(failed)?;
+        Ok(self.derived.von_mises.iter().copied().fold(0.0, f64::max))
     }
 }
 
@@ -191,7 +227,7 @@ impl<const D: usize> Participant for StructureParticipant<D> {
             }
         }
         self.give_motion(&self.accepted, outputs);
-        self.snapshots.write(&mut self.structure, &self.accepted)?;
+        self.write_snapshot()?;
         Ok(Readiness {
             window_limit: self.window_limit(&self.accepted),
             scalars: self.scalars(&self.accepted),
@@ -231,7 +267,7 @@ impl<const D: usize> Participant for StructureParticipant<D> {
     fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
         std::mem::swap(&mut self.accepted, &mut self.trial);
         if snapshot.is_some() {
-            self.snapshots.write(&mut self.structure, &self.accepted)?;
+            self.write_snapshot()?;
         }
         Ok(())
     }

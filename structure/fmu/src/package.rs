@@ -1,0 +1,189 @@
+//! The archive: description, resources, libraries, documentation.
+
+use crate::description::{Version, model_description, terminals};
+use crate::model::{Model, ModelError};
+use crate::reduction::spread_out;
+use crate::resources::{CASE, POINTS, Points, Resources};
+use crate::variables::{Causality, Source, Variable, table};
+use crate::{MODEL_IDENTIFIER, icon};
+use interfaces::case::Case;
+use output::report::escape;
+use std::fmt::Write as _;
+use std::io::{Cursor, Write as _};
+use std::path::{Path, PathBuf};
+use zip::write::SimpleFileOptions;
+
+/// A library for a platform.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Library {
+    /// The platform as FMI 3.0 names it: `x86_64-linux`, `aarch64-darwin`, `x86_64-windows`, …
+    pub platform: String,
+    /// The shared library.
+    pub file: PathBuf,
+}
+
+/// Why a unit could not be exported.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The case makes no structure.
+    #[error(transparent)]
+    Model(#[from] ModelError),
+    /// A library is not there.
+    #[error("failed to read the library {}: {source}", .path.display())]
+    Library {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: std::io::Error,
+    },
+    /// A platform that FMI 2.0 has no name for.
+    #[error(
+        "FMI 2.0 has no name for the platform {0}; it knows x86 and x86_64 with linux, windows and darwin"
+    )]
+    Platform(String),
+    /// The archive could not be made.
+    #[error("failed to make the archive: {0}")]
+    Archive(#[from] zip::result::ZipError),
+    /// The archive could not be written.
+    #[error(transparent)]
+    Write(#[from] output::Error),
+}
+
+/// What was exported.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Exported {
+    /// Interface particles.
+    pub particles: usize,
+    /// Variables in the description.
+    pub variables: usize,
+    /// Bytes of the archive.
+    pub bytes: usize,
+}
+
+/// Exports the structure of a case to the file `to`, its interface whole (FMI 3.0) or reduced to `points` points (FMI 2.0).
+///
+/// # Errors
+/// A case without a structure, a library or a file that cannot be read or written.
+pub fn export(
+    case: &Case,
+    version: Version,
+    points: usize,
+    libraries: &[Library],
+    to: &Path,
+) -> Result<Exported, ExportError> {
+    let mut model = Model::new(Resources::new(case, None))?;
+    let mut particles = [0.0];
+    model.read(Source::InterfacePoints, &mut particles)?;
+    let mut resources = Resources::new(case, None);
+    if version == Version::Fmi2 {
+        let mut positions = vec![0.0; model.length(Source::Position)];
+        model.read(Source::Position, &mut positions)?;
+        resources.points = Some(Points { points: spread_out(model.dimension(), &positions, points) });
+        model = Model::new(resources.clone())?;
+    }
+    let variables = table(model.describe(), model.reduced_points());
+    let mut files = vec![
+        ("modelDescription.xml".to_owned(), model_description(&mut model, version)?.into_bytes()),
+        (format!("resources/{CASE}"), resources.case.clone().into_bytes()),
+        ("documentation/index.html".to_owned(), documentation(case, &variables, version).into_bytes()),
+        ("documentation/licenses/LICENSE-MIT".to_owned(), include_bytes!("../../../LICENSE-MIT").to_vec()),
+        (
+            "documentation/licenses/LICENSE-APACHE".to_owned(),
+            include_bytes!("../../../LICENSE-APACHE").to_vec(),
+        ),
+    ];
+    if let Some(points) = resources.points_text() {
+        files.push((format!("resources/{POINTS}"), points.into_bytes()));
+    }
+    match version {
+        Version::Fmi3 => {
+            files.push(("terminalsAndIcons/terminalsAndIcons.xml".to_owned(), terminals().into_bytes()));
+            files.push(("terminalsAndIcons/icon.png".to_owned(), icon::png()));
+        }
+        Version::Fmi2 => files.push(("model.png".to_owned(), icon::png())),
+    }
+    for library in libraries {
+        let bytes = std::fs::read(&library.file)
+            .map_err(|source| ExportError::Library { path: library.file.clone(), source })?;
+        let ending = match library.platform.rsplit('-').next() {
+            Some("windows") => "dll",
+            Some("darwin") => "dylib",
+            _ => "so",
+        };
+        let folder = match version {
+            Version::Fmi3 => library.platform.clone(),
+            Version::Fmi2 => folder_2(&library.platform)?.to_owned(),
+        };
+        files.push((format!("binaries/{folder}/{MODEL_IDENTIFIER}.{ending}"), bytes));
+    }
+    let bytes = archive(files)?;
+    output::atomic::write_file(to, &bytes)?;
+    Ok(Exported { particles: particles[0] as usize, variables: variables.len(), bytes: bytes.len() })
+}
+
+/// The same date in every archive: what is exported twice is the same to the bit.
+fn archive(files: Vec<(String, Vec<u8>)>) -> Result<Vec<u8>, ExportError> {
+    let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let options = SimpleFileOptions::default().unix_permissions(0o644);
+    for (name, bytes) in files {
+        archive.start_file(name, options)?;
+        archive.write_all(&bytes).map_err(zip::result::ZipError::Io)?;
+    }
+    Ok(archive.finish()?.into_inner())
+}
+
+fn folder_2(platform: &str) -> Result<&'static str, ExportError> {
+    Ok(match platform {
+        "x86_64-linux" => "linux64",
+        "x86-linux" => "linux32",
+        "x86_64-windows" => "win64",
+        "x86-windows" => "win32",
+        "x86_64-darwin" => "darwin64",
+        other => return Err(ExportError::Platform(other.to_owned())),
+    })
+}
+
+/// The platform of this build, as FMI 3.0 names it.
+pub fn this_platform() -> String {
+    let system = match std::env::consts::OS {
+        "macos" => "darwin",
+        other => other,
+    };
+    format!("{}-{system}", std::env::consts::ARCH)
+}
+
+/// The file name of the shared library on this platform, as cargo makes it.
+pub fn library_name() -> String {
+    use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+    format!("{DLL_PREFIX}{MODEL_IDENTIFIER}{DLL_SUFFIX}")
+}
+
+fn documentation(case: &Case, variables: &[Variable], version: Version) -> String {
+    let mut rows = String::new();
+    for variable in variables {
+        let shape = match variable.shape {
+            crate::variables::Shape::Scalar => "",
+            crate::variables::Shape::Points => "[interface_points]",
+            crate::variables::Shape::PointVectors => "[interface_points][dimension]",
+        };
+        let _ = writeln!(
+            rows,
+            "<tr><td><code>{}</code>{shape}</td><td>{:?}</td><td>{}</td><td>{}</td></tr>",
+            escape(&variable.name),
+            variable.causality,
+            variable.quantity.map_or("", |q| q.unit()),
+            escape(&variable.description)
+        );
+    }
+    let inputs: Vec<&str> =
+        variables.iter().filter(|v| v.causality == Causality::Input).map(|v| v.name.as_str()).collect();
+    let title = escape(&case.general.title);
+    let standard = match version {
+        Version::Fmi3 => "FMI 3.0",
+        Version::Fmi2 => "FMI 2.0, the interface reduced to points",
+    };
+    format!(
+        "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title></head><body>\n<h1>{title}</h1>\n<p>The elastic structure of a meniscus case as a co-simulation unit ({standard}): total-Lagrangian SPH, fourth-order Runge and Kutta steps. A communication step holds the load that is set ({}) and sub-steps inside it; outputs are those at its end and depend on no input of the same instant. Damping, loads and supports are those of <code>resources/{CASE}</code>.</p>\n<table>\n<tr><th>variable</th><th>causality</th><th>unit</th><th></th></tr>\n{rows}</table>\n<p>License: MIT or Apache-2.0, at your choice (<code>licenses</code>).</p>\n</body></html>\n",
+        escape(inputs.first().copied().unwrap_or("none"))
+    )
+}
