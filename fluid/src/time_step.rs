@@ -54,7 +54,7 @@ pub(crate) struct Scratch<const D: usize> {
     right: Vec<f64>,
     known: Vec<f64>,
     wall_rate: Vec<f64>,
-    preconditioner: PressurePreconditioner,
+    preconditioner: PressurePreconditioner<D>,
     solver: conjugate_gradients::Scratch,
     operator: OperatorScratch<D>,
     known_image: Vec<f64>,

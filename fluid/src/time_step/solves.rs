@@ -14,6 +14,9 @@ use crate::surface_offset;
 use rayon::prelude::*;
 use sph::{Vector, parallel};
 
+/// Particles that one task works through at least where one operation is done for each.
+const LIGHT_ROWS: usize = 4096;
+
 impl<const D: usize> Fluid<D> {
     pub(super) fn project_positions(
         &mut self,
@@ -92,7 +95,8 @@ impl<const D: usize> Fluid<D> {
             );
             s.known_image.resize(accepted.len(), 0.0);
             a.apply(&s.known, &mut s.known_image, &mut s.operator);
-            s.right.iter_mut().zip(&s.known_image).for_each(|(b, known)| *b -= known);
+            let both = s.right.par_iter_mut().zip(&s.known_image).with_min_len(LIGHT_ROWS);
+            both.for_each(|(b, known)| *b -= known);
         }
         clear_known(&mut s.right, &s.surface.free);
         let p = &mut trial.pressures;
@@ -120,7 +124,7 @@ fn solve<const D: usize>(
     right: &[f64],
     x: &mut [f64],
     limits: Limits,
-    memory: (&mut PressurePreconditioner, &mut OperatorScratch<D>, &mut conjugate_gradients::Scratch),
+    memory: (&mut PressurePreconditioner<D>, &mut OperatorScratch<D>, &mut conjugate_gradients::Scratch),
 ) -> Outcome {
     let (preconditioner, operator, solver) = memory;
     clear_known(x, a.free);
@@ -142,11 +146,11 @@ fn solve<const D: usize>(
 }
 
 fn clear_known(values: &mut [f64], free: &[bool]) {
-    for (value, free) in values.iter_mut().zip(free) {
+    values.par_iter_mut().zip(free).with_min_len(LIGHT_ROWS).for_each(|(value, free)| {
         if !free {
             *value = 0.0;
         }
-    }
+    });
 }
 
 /// Where no pressure is known, in a closed or periodic domain, it is known but for a constant: its mean is zero then, and so is that of the
@@ -154,7 +158,7 @@ fn clear_known(values: &mut [f64], free: &[bool]) {
 fn remove_mean_if(closed: bool, values: &mut [f64]) {
     if closed {
         let mean = parallel::sum(values.len(), |i| values[i]) / values.len() as f64;
-        values.iter_mut().for_each(|v| *v -= mean);
+        values.par_iter_mut().with_min_len(LIGHT_ROWS).for_each(|v| *v -= mean);
     }
 }
 
