@@ -11,7 +11,7 @@
 //! | positions projected onto the density | – | [`position_projection`] |
 //! | predictor: gravity, laminar, sub-particle-scale and approach viscosity | (10)–(13), (4), (6), (7) | [`viscosity`], [`correction`] |
 //! | pressure Poisson equation | (14)–(16) | [`pressure_operator`], [`surface_offset`] |
-//! | its solution | – | [`conjugate_gradients`], [`preconditioner`], [`multigrid`] |
+//! | its solution | – | [`conjugate_gradients`], [`preconditioner`], [`multigrid`], [`hierarchy`] |
 //! | velocity | (18) | [`velocity_correction`] |
 //! | load on the structure, reaction, wall forces | (46), (48) | [`interface_load`], [`interface`] |
 //! | motion, shifting, Taylor correction | (19)–(32) | [`shifting`], [`taylor`], [`contact`] |
@@ -99,6 +99,7 @@ pub mod conjugate_gradients;
 pub mod contact;
 pub mod correction;
 pub mod error;
+pub mod hierarchy;
 pub mod interface;
 pub mod interface_load;
 pub mod multigrid;

@@ -6,7 +6,7 @@ use crate::pressure_operator::PressureOperator;
 use rayon::prelude::*;
 use sph::Vector;
 
-/// A preconditioner for one step's operator. Made anew each step from that step's matrix alone, so that no result depends on steps before.
+/// A preconditioner for the operators of one step and of those that follow, as long as it serves (see [`hierarchy`](crate::hierarchy)).
 #[derive(Debug, Default)]
 pub struct PressurePreconditioner<const D: usize> {
     inverse_diagonal: Vec<f64>,
@@ -14,6 +14,12 @@ pub struct PressurePreconditioner<const D: usize> {
     yields: Vec<Vector<D>>,
     multigrid: Option<Multigrid>,
     by_multigrid: bool,
+    /// Which pressures were unknown when it was made.
+    made_free: Vec<bool>,
+    /// Particles whose pressure was unknown then and is known now.
+    closed: Vec<u32>,
+    /// Particles whose pressure was known then and is unknown now, each with its smoother's step.
+    opened: Vec<(u32, f64)>,
 }
 
 impl<const D: usize> PressurePreconditioner<D> {
@@ -23,6 +29,8 @@ impl<const D: usize> PressurePreconditioner<D> {
     /// added to the reaction: in `cases/elastic_gate` (0.15 s) a solve to 1e-3 took 8.0 iterations in the mean instead of 10.0.
     pub fn prepare(&mut self, kind: Preconditioner, operator: &PressureOperator<'_, D>, diagonal: &[f64]) {
         self.by_multigrid = kind == Preconditioner::Multigrid;
+        self.made_free.clear();
+        self.made_free.extend_from_slice(operator.free);
         if !self.by_multigrid {
             self.inverse_diagonal.clear();
             self.inverse_diagonal.extend(diagonal.iter().map(|d| if *d > 0.0 { 1.0 / d } else { 0.0 }));
@@ -66,10 +74,31 @@ impl<const D: usize> PressurePreconditioner<D> {
         });
     }
 
+    /// Fits what was prepared to an operator of the same particles with this `diagonal`, whose pressures are unknown where `free` says: particles whose
+    /// pressure is known by now get no correction, those whose pressure was known get that of their diagonal alone. What is left is symmetric and positive.
+    pub fn fit(&mut self, free: &[bool], diagonal: &[f64], inverse_density: f64) {
+        assert_eq!(free.len(), self.made_free.len(), "a hierarchy serves the particles that it was made for");
+        self.closed.clear();
+        self.opened.clear();
+        for (a, (&now, &then)) in free.iter().zip(&self.made_free).enumerate() {
+            match (then, now) {
+                (true, false) => self.closed.push(a as u32),
+                (false, true) => self.opened.push((a as u32, inverse_density / diagonal[a])),
+                _ => {}
+            }
+        }
+    }
+
     /// `z ≈ A⁻¹ r` up to a factor.
     pub fn apply(&mut self, r: &[f64], z: &mut [f64]) {
         if let (true, Some(multigrid)) = (self.by_multigrid, &mut self.multigrid) {
             multigrid.apply(r, z);
+            for &a in &self.closed {
+                z[a as usize] = 0.0;
+            }
+            for &(a, step) in &self.opened {
+                z[a as usize] = step * r[a as usize];
+            }
         } else {
             z.par_iter_mut()
                 .with_min_len(4096)

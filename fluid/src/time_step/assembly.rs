@@ -1,15 +1,18 @@
 //! Neighbours, surface, and the operator of the pressure Poisson equation.
 
 use super::{ROWS, Scratch};
+use crate::error::Error;
+use crate::hierarchy::{Hierarchy, Origin};
 use crate::interface::InterfaceInput;
 use crate::neighbourhood::{Bodies, Neighbourhood};
-use crate::options::{Options, Scheme};
+use crate::options::{Options, Preconditioner, Scheme};
 use crate::pressure_operator::{self, PressureOperator};
 use crate::solver::{Fluid, FluidProperties};
 use crate::state::State;
 use crate::surface::Surface;
 use rayon::prelude::*;
 use sph::Vector;
+use std::sync::Arc;
 
 /// What the operator is made of besides neighbours and surface, one entry a particle.
 #[derive(Default)]
@@ -41,23 +44,23 @@ pub(super) fn operator<'a, const D: usize>(
 }
 
 impl<const D: usize> Fluid<D> {
-    pub(super) fn find_neighbours(&mut self, accepted: &State<D>, structure: &InterfaceInput<'_, D>) {
+    pub(super) fn find_neighbours(&mut self, positions: &[Vector<D>], structure_positions: &[Vector<D>]) {
         let bodies = Bodies {
             wall_positions: &self.walls.positions,
             wall_volumes: &self.walls.volumes,
             wall_grid: &self.walls.grid,
-            structure_positions: structure.positions,
+            structure_positions,
             structure_volumes: &self.interface.volumes,
         };
         let Scratch { neighbourhood, corrections, surface, structure_surface, .. } = &mut self.scratch;
         let (spacing, volume) = (self.properties.spacing, self.properties.particle_volume);
-        neighbourhood.update(&self.kernel, spacing, volume, &accepted.positions, &bodies);
+        neighbourhood.update(&self.kernel, spacing, volume, positions, &bodies);
         neighbourhood.corrections(0.25, corrections);
         let h = self.kernel.smoothing_length();
-        surface.detect(neighbourhood, corrections, &accepted.positions, self.options.surface_thresholds, h);
+        surface.detect(neighbourhood, corrections, positions, self.options.surface_thresholds, h);
         structure_surface.normals(
             &self.kernel,
-            structure.positions,
+            structure_positions,
             &self.interface.volumes,
             &mut self.output.normals,
         );
@@ -82,6 +85,47 @@ impl<const D: usize> Fluid<D> {
             *extra = kappa + *diagonal * (1.0 / alpha - 1.0);
             *diagonal += *extra;
         });
+    }
+
+    /// Makes the hierarchy that `accepted` says anew where the memory holds another, as after a restart: the same to the bit.
+    pub(super) fn recover_hierarchy(&mut self, accepted: &State<D>) -> Result<(), Error> {
+        let Some(Hierarchy { origin, .. }) = &accepted.hierarchy else { return Ok(()) };
+        if self.scratch.is_prepared_for(origin) {
+            return Ok(());
+        }
+        let (found, expected) = (origin.structure_positions.len(), self.interface.volumes.len());
+        if found != expected {
+            return Err(Error::InterfaceLength { field: "positions in the saved state", found, expected });
+        }
+        self.walls.move_to(origin.time, origin.dt);
+        self.find_neighbours(&origin.positions, &origin.structure_positions);
+        self.assemble();
+        self.prepare(origin);
+        Ok(())
+    }
+
+    /// The hierarchy that `accepted` says, or a new one of this step's matrix; with it `trial`'s next step starts.
+    pub(super) fn choose_hierarchy(
+        &mut self,
+        accepted: &State<D>,
+        (time, dt): (f64, f64),
+        structure: &InterfaceInput<'_, D>,
+        trial: &mut State<D>,
+    ) {
+        if accepted.hierarchy.is_none() {
+            let positions = accepted.positions.clone();
+            let structure_positions = structure.positions.to_vec();
+            let origin = Arc::new(Origin { time, dt, positions, structure_positions });
+            self.prepare(&origin);
+            let kept = self.options.preconditioner == Preconditioner::Multigrid;
+            trial.hierarchy = kept.then(|| Hierarchy::new(origin));
+        }
+        let s = &mut self.scratch;
+        s.preconditioner.fit(&s.surface.free, &s.diagonal, 1.0 / self.properties.density);
+    }
+
+    fn prepare(&mut self, origin: &Arc<Origin<D>>) {
+        let s = &mut self.scratch;
         let a = operator(
             (&self.properties, &self.options),
             &self.compliance,
@@ -90,5 +134,6 @@ impl<const D: usize> Fluid<D> {
             &s.terms,
         );
         s.preconditioner.prepare(self.options.preconditioner, &a, &s.diagonal);
+        s.prepared_for = Some(Arc::clone(origin));
     }
 }

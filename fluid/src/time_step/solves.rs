@@ -106,6 +106,13 @@ impl<const D: usize> Fluid<D> {
         remove_mean_if(s.surface.is_closed(), &mut s.right);
         report.pressure_solve = solve(&a, s.surface.is_closed(), &s.right, p, limits, memory);
         require(&report.pressure_solve, "pressure", time, limits)?;
+        if trial
+            .hierarchy
+            .as_mut()
+            .is_some_and(|hierarchy| !hierarchy.serves(report.pressure_solve.iterations))
+        {
+            trial.hierarchy = None;
+        }
         // An inexact solution can overshoot in energy; the multiple of it that is orthogonal to its residual cannot.
         let pb = parallel::sum(p.len(), |i| p[i] * s.right[i]);
         let pr = parallel::sum(p.len(), |i| p[i] * s.solver.residual()[i]);
