@@ -138,6 +138,7 @@ fn main() {
         "iterations a step: pressure {:.1}, positions {:.1}; hierarchies made a step: {made:.2}",
         iterations[0], iterations[1]
     );
+    let (_, peak) = memory();
     let kernel = CubicSpline::<2>::new(fluid.smoothing_length());
     let mut list = NeighbourList::default();
     list.rebuild(&state.positions, &CellGrid::new(&state.positions, kernel.support()), &state.positions);
@@ -163,7 +164,6 @@ fn main() {
         row(&format!("{stage:?}"), i, bytes(stage));
     }
     row("whole step", 7, STAGES.into_iter().map(bytes).sum());
-    let (_, peak) = memory();
     println!("memory: {:.0} bytes a particle at the peak", (peak - empty) / n);
     println!("copy: {:.1} GB/s on one thread, {:.1} on two", copy_bandwidth(1), copy_bandwidth(2));
 }
