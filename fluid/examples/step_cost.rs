@@ -61,7 +61,7 @@ fn main() {
     let (mut pressure_iterations, mut position_iterations, mut time) = (0, 0, 0.0);
     pool(2).install(|| {
         for _ in 0..steps {
-            let dt = fluid.stable_step(&state, &[]);
+            let dt = fluid.stable_step(&state, time, &[]);
             let report = fluid.step(&state, time, dt, &InterfaceInput::NONE, &mut trial).expect("it flows");
             time += dt;
             pressure_iterations += report.pressure_solve.iterations;
@@ -79,7 +79,7 @@ fn main() {
         per_step(pressure_iterations),
         per_step(position_iterations)
     );
-    let dt = fluid.stable_step(&state, &[]);
+    let dt = fluid.stable_step(&state, time, &[]);
     let mut table: Vec<(Stage, Vec<f64>)> = Vec::new();
     let mut totals = Vec::new();
     for (column, threads) in [1, 2].into_iter().enumerate() {

@@ -17,6 +17,7 @@ use crate::pressure_operator::OperatorScratch;
 use crate::solver::Fluid;
 use crate::state::State;
 use crate::surface::Surface;
+use crate::surface_offset::Outside;
 use crate::viscosity::ViscousScratch;
 use sph::{Matrix, Vector};
 
@@ -52,7 +53,7 @@ pub(crate) struct Scratch<const D: usize> {
     terms: assembly::Terms<D>,
     diagonal: Vec<f64>,
     right: Vec<f64>,
-    known: Vec<f64>,
+    outside: Outside,
     wall_rate: Vec<f64>,
     preconditioner: PressurePreconditioner,
     solver: conjugate_gradients::Scratch,
