@@ -100,3 +100,18 @@ fn the_divergence_of_position_tells_the_depth_under_a_flat_surface() {
         assert!((space - depth).abs() < 0.045, "{space} for {depth}");
     }
 }
+
+#[test]
+fn the_half_layer_outside_weighs_as_in_a_wave_or_as_it_is_accelerated() {
+    let g = 9.81;
+    let carried = |by_pressure: f64| surface_offset::carried(g, by_pressure * g, g) / g;
+    // Quiet: gravity. A fifth further, half way; from two fifths on what accelerates it, which is nothing in free fall and counts up to 2 g.
+    for (by_pressure, expected) in
+        [(1.0, 1.0), (1.2, 1.0), (0.8, 1.0), (0.7, 0.8), (0.6, 0.6), (1.4, 1.4), (0.0, 0.0), (9.0, 2.0)]
+    {
+        assert!((carried(by_pressure) - expected).abs() < 1e-12, "{by_pressure}: {}", carried(by_pressure));
+    }
+    // A column's side: gravity has no part in it. Beneath a ceiling of air, nothing holds water up.
+    assert!((surface_offset::carried(0.0, 1.5 * g, g) - 1.5 * g).abs() < 1e-12);
+    assert_eq!(surface_offset::carried(-g, 0.0, g), 0.0);
+}
