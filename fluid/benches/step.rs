@@ -19,7 +19,7 @@ fn collapsing(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
     let (mut fluid, mut state) = column(cells, tolerance);
     let mut trial = State::default();
     for _ in 0..20 {
-        let dt = fluid.stable_step(&state, &[]);
+        let dt = fluid.stable_step(&state, 0.0, &[]);
         fluid.step(&state, 0.0, dt, &InterfaceInput::NONE, &mut trial).expect("it flows");
         std::mem::swap(&mut state, &mut trial);
     }
@@ -125,7 +125,7 @@ fn measure(criterion: &mut Criterion) {
             for tolerance in [1e-3, 1e-6] {
                 let (mut fluid, state) = collapsing(cells, tolerance);
                 let mut trial = State::default();
-                let dt = fluid.stable_step(&state, &[]);
+                let dt = fluid.stable_step(&state, 0.0, &[]);
                 group.bench_function(BenchmarkId::new(format!("whole_{tolerance:.0e}"), n), |bencher| {
                     bencher.iter(|| {
                         pool.install(|| {

@@ -108,7 +108,7 @@ fn main() {
     let mut time = 0.0;
     two.install(|| {
         for _ in 0..steps {
-            let dt = fluid.stable_step(&state, &[]);
+            let dt = fluid.stable_step(&state, time, &[]);
             fluid.step(&state, time, dt, &InterfaceInput::NONE, &mut trial).expect("it flows");
             time += dt;
             std::mem::swap(&mut state, &mut trial);
@@ -123,7 +123,7 @@ fn main() {
     let (mut seconds, mut iterations, mut made) = ([[0.0; 8]; 2], [0.0; 2], 0.0);
     for _ in 0..measured {
         made += f64::from(u8::from(state.hierarchy.is_none())) / measured as f64;
-        let dt = fluid.stable_step(&state, &[]);
+        let dt = fluid.stable_step(&state, time, &[]);
         for (sums, pool) in seconds.iter_mut().zip([&one, &two]) {
             let least = pool.install(|| time_step(&mut fluid, &state, time, dt, &mut trial));
             sums.iter_mut().zip(least).for_each(|(sum, least)| *sum += least / measured as f64);

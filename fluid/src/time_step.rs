@@ -18,6 +18,7 @@ use crate::pressure_operator::OperatorScratch;
 use crate::solver::Fluid;
 use crate::state::State;
 use crate::surface::Surface;
+use crate::surface_offset::Outside;
 use crate::viscosity::ViscousScratch;
 use sph::{Matrix, Vector};
 use std::sync::Arc;
@@ -54,7 +55,7 @@ pub(crate) struct Scratch<const D: usize> {
     terms: assembly::Terms<D>,
     diagonal: Vec<f64>,
     right: Vec<f64>,
-    known: Vec<f64>,
+    outside: Outside,
     wall_rate: Vec<f64>,
     preconditioner: PressurePreconditioner<D>,
     prepared_for: Option<Arc<Origin<D>>>,

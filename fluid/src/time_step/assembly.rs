@@ -21,6 +21,8 @@ pub(super) struct Terms<const D: usize> {
     pub own: Vec<Vector<D>>,
     /// What regularisation and Eq. (16) add to the operator's diagonal (m³/kg/m²).
     pub extra_diagonal: Vec<f64>,
+    /// The part of it that Eq. (16) adds: how strongly a pressure is drawn towards that of the surface.
+    pub draw: Vec<f64>,
 }
 
 /// The operator of both solves; without `compliance` the structure is a wall.
@@ -75,16 +77,20 @@ impl<const D: usize> Fluid<D> {
         s.terms.extra_diagonal.resize(s.terms.own.len(), 0.0);
         operator((&self.properties, &self.options), &self.compliance, &s.neighbourhood, &s.surface, &s.terms)
             .diagonal(&mut s.diagonal);
-        let both = s.terms.extra_diagonal.par_iter_mut().zip(&mut s.diagonal).with_min_len(ROWS);
-        both.enumerate().for_each(|(a, (extra, diagonal))| {
-            // Without any surface the mean of the pressure is taken out instead.
-            let pocket = s.surface.in_pocket[a] && !s.surface.is_closed();
-            let pocket = if pocket { self.options.pocket_regularisation } else { 0.0 };
-            let kappa = (self.options.regularisation + pocket) * unit;
-            let alpha = s.surface.alpha[a].max(crate::surface::KNOWN);
-            *extra = kappa + *diagonal * (1.0 / alpha - 1.0);
-            *diagonal += *extra;
-        });
+        s.terms.draw.resize(s.terms.own.len(), 0.0);
+        let terms = s.terms.extra_diagonal.par_iter_mut().zip(&mut s.terms.draw);
+        terms.zip(&mut s.diagonal).with_min_len(ROWS).enumerate().for_each(
+            |(a, ((extra, draw), diagonal))| {
+                // Without any surface the mean of the pressure is taken out instead.
+                let pocket = s.surface.in_pocket[a] && !s.surface.is_closed();
+                let pocket = if pocket { self.options.pocket_regularisation } else { 0.0 };
+                let kappa = (self.options.regularisation + pocket) * unit;
+                let alpha = s.surface.alpha[a].max(crate::surface::KNOWN);
+                *draw = *diagonal * (1.0 / alpha - 1.0);
+                *extra = kappa + *draw;
+                *diagonal += *extra;
+            },
+        );
     }
 
     /// Makes the hierarchy that `accepted` says anew where the memory holds another, as after a restart: the same to the bit.

@@ -10,7 +10,6 @@ use crate::preconditioner::PressurePreconditioner;
 use crate::pressure_operator::{self, OperatorScratch, PressureOperator};
 use crate::solver::Fluid;
 use crate::state::State;
-use crate::surface_offset;
 use rayon::prelude::*;
 use sph::{Vector, parallel};
 
@@ -83,20 +82,16 @@ impl<const D: usize> Fluid<D> {
             &mut s.right,
         );
         s.right.par_iter_mut().with_min_len(ROWS).for_each(|b| *b *= -1.0 / dt);
-        s.known.clear();
-        s.known.resize(accepted.len(), 0.0);
         if self.options.surface_offset {
-            surface_offset::known_pressures(
-                &self.properties,
-                &s.surface,
-                &s.neighbourhood,
-                accepted,
-                &mut s.known,
-            );
+            let smoothing_length = self.kernel.smoothing_length();
+            s.outside.find((&self.properties, smoothing_length), &s.surface, &s.neighbourhood, accepted);
             s.known_image.resize(accepted.len(), 0.0);
-            a.apply(&s.known, &mut s.known_image, &mut s.operator);
-            let both = s.right.par_iter_mut().zip(&s.known_image).with_min_len(LIGHT_ROWS);
-            both.for_each(|(b, known)| *b -= known);
+            a.apply(&s.outside.known, &mut s.known_image, &mut s.operator);
+            let drawn = s.known_image.par_iter().zip(&s.outside.drawn_to).zip(&s.terms.draw);
+            let right = s.right.par_iter_mut().zip(drawn).with_min_len(LIGHT_ROWS);
+            right.for_each(|(b, ((known, drawn_to), draw))| *b += draw * drawn_to - known);
+        } else {
+            s.outside.clear(accepted.len());
         }
         clear_known(&mut s.right, &s.surface.free);
         let p = &mut trial.pressures;
@@ -117,7 +112,7 @@ impl<const D: usize> Fluid<D> {
         let pb = parallel::sum(p.len(), |i| p[i] * s.right[i]);
         let pr = parallel::sum(p.len(), |i| p[i] * s.solver.residual()[i]);
         let scale = if pb > 0.0 && pb - pr > 0.0 { pb / (pb - pr) } else { 1.0 };
-        let both = p.par_iter_mut().zip(&s.known).with_min_len(ROWS);
+        let both = p.par_iter_mut().zip(&s.outside.known).with_min_len(ROWS);
         both.for_each(|(p, known)| *p = *p * scale + known);
         Ok(())
     }
