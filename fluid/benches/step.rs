@@ -1,10 +1,11 @@
-//! The whole step and its parts on a column of water of about 5,000 and 50,000 particles that has begun to collapse:
+//! The whole step and its parts on a column of water of about 5,000, 50,000 and 500,000 particles that has begun to collapse:
 //! `cargo bench -p fluid --bench step`.
 
 mod column;
 
 use column::column;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use fluid::conjugate_gradients::{self, Limits};
 use fluid::neighbourhood::{Bodies, Neighbourhood};
 use fluid::preconditioner::PressurePreconditioner;
 use fluid::pressure_operator::{self, OperatorScratch, PressureOperator};
@@ -18,7 +19,7 @@ fn collapsing(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
     let (mut fluid, mut state) = column(cells, tolerance);
     let mut trial = State::default();
     for _ in 0..20 {
-        let dt = fluid.stable_step(&state, &[]);
+        let dt = fluid.stable_step(&state, 0.0, &[]);
         fluid.step(&state, 0.0, dt, &InterfaceInput::NONE, &mut trial).expect("it flows");
         std::mem::swap(&mut state, &mut trial);
     }
@@ -26,7 +27,7 @@ fn collapsing(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
 }
 
 fn measure(criterion: &mut Criterion) {
-    for cells in [50, 158] {
+    for cells in [50, 158, 500] {
         let (fluid, state) = collapsing(cells, 1e-3);
         let n = state.len();
         let dx = fluid.properties().spacing;
@@ -74,6 +75,15 @@ fn measure(criterion: &mut Criterion) {
                 free: &free,
             };
             let (mut out, mut scratch, mut diagonal) = (vec![0.0; n], OperatorScratch::default(), Vec::new());
+            let mut sums = Vec::new();
+            group.bench_function(BenchmarkId::new("assembly", n), |bencher| {
+                bencher.iter(|| {
+                    pool.install(|| {
+                        pressure_operator::own_gradients(&neighbourhood, &mut sums);
+                        operator.diagonal(&mut diagonal);
+                    });
+                });
+            });
             operator.diagonal(&mut diagonal);
             group.bench_function(BenchmarkId::new("operator", n), |bencher| {
                 bencher.iter(|| pool.install(|| operator.apply(&state.pressures, &mut out, &mut scratch)));
@@ -89,10 +99,33 @@ fn measure(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::new("preconditioner", n), |bencher| {
                 bencher.iter(|| pool.install(|| preconditioner.apply(&state.pressures, &mut out)));
             });
+            let (mut right, mut x, mut solver) =
+                (vec![0.0; n], vec![0.0; n], conjugate_gradients::Scratch::default());
+            operator.apply(&state.pressures, &mut right, &mut scratch);
+            for tolerance in [1e-3, 1e-6] {
+                let limits = Limits { tolerance, iterations: 200 };
+                group.bench_function(BenchmarkId::new(format!("solve_{tolerance:.0e}"), n), |bencher| {
+                    bencher.iter(|| {
+                        pool.install(|| {
+                            x.fill(0.0);
+                            let apply = |p: &[f64], out: &mut [f64]| operator.apply(p, out, &mut scratch);
+                            let precondition = |r: &[f64], z: &mut [f64]| preconditioner.apply(r, z);
+                            conjugate_gradients::solve(
+                                apply,
+                                precondition,
+                                &right,
+                                &mut x,
+                                limits,
+                                &mut solver,
+                            )
+                        })
+                    });
+                });
+            }
             for tolerance in [1e-3, 1e-6] {
                 let (mut fluid, state) = collapsing(cells, tolerance);
                 let mut trial = State::default();
-                let dt = fluid.stable_step(&state, &[]);
+                let dt = fluid.stable_step(&state, 0.0, &[]);
                 group.bench_function(BenchmarkId::new(format!("whole_{tolerance:.0e}"), n), |bencher| {
                     bencher.iter(|| {
                         pool.install(|| {

@@ -144,8 +144,7 @@ pub fn balance<const D: usize>(
     let kinetic = |s: &State<D>| 0.5 * mass * parallel::sum(s.len(), |a| s.velocities[a].norm_squared());
     let potential =
         |s: &State<D>| -mass * parallel::sum(s.len(), |a| properties.gravity.dot(&s.positions[a]));
-    let momentum =
-        |s: &State<D>| s.velocities.iter().fold(Vector::zeros(), |sum: Vector<D>, u| sum + u * mass);
+    let momentum = |s: &State<D>| parallel::sum(s.len(), |a| s.velocities[a]) * mass;
     report.kinetic_energy = kinetic(after);
     report.potential_energy = potential(after);
     // By displacements: a particle that went through a periodic side has not lost its height.
@@ -170,14 +169,13 @@ pub fn density_errors<const D: usize>(
     surface: &Surface<D>,
     lattice_concentration: f64,
 ) -> (f64, f64) {
-    let (mut sum, mut largest, mut count) = (0.0, 0.0f64, 0usize);
-    for (sums, alpha) in neighbourhood.surroundings.iter().zip(&surface.alpha) {
-        if *alpha == 1.0 {
-            let error = sums.concentration / lattice_concentration - 1.0;
-            sum += error;
-            largest = largest.max(error.abs());
-            count += 1;
-        }
-    }
-    if count > 0 { (sum / count as f64, largest) } else { (0.0, 0.0) }
+    let inside = |a: usize| surface.alpha[a] == 1.0;
+    let error = |a: usize| {
+        let sums = &neighbourhood.surroundings[a];
+        if inside(a) { sums.concentration / lattice_concentration - 1.0 } else { 0.0 }
+    };
+    let count = surface.alpha.len();
+    let counted: usize = parallel::sum(count, |a| usize::from(inside(a)));
+    let mean = parallel::sum(count, error) / counted.max(1) as f64;
+    (mean, parallel::max(count, 0.0, |a| error(a).abs()))
 }

@@ -8,6 +8,9 @@ use rayon::prelude::*;
 /// Unknowns summed by one task, fixed so that rounding does not depend on the number of threads.
 const CHUNK: usize = 512;
 
+/// Chunks that one thread works through at least: handing over fewer takes longer than summing them.
+const CHUNKS: usize = 8;
+
 /// Vectors that a solve works with; kept between solves, they are allocated once.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
@@ -100,6 +103,7 @@ fn dot(a: &[f64], b: &[f64], partial: &mut [f64]) -> f64 {
     partial
         .par_iter_mut()
         .zip(a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)))
+        .with_min_len(CHUNKS)
         .for_each(|(sum, (a, b))| *sum = of(a, b));
     partial.iter().sum()
 }
@@ -109,6 +113,7 @@ fn subtract(b: &[f64], product: &[f64], r: &mut [f64], partial: &mut [f64]) -> f
     partial
         .par_iter_mut()
         .zip(r.par_chunks_mut(CHUNK).zip(b.par_chunks(CHUNK).zip(product.par_chunks(CHUNK))))
+        .with_min_len(CHUNKS)
         .for_each(|(sum, (r, (b, product)))| {
             *sum = 0.0;
             for ((r, b), q) in r.iter_mut().zip(b).zip(product) {
@@ -121,7 +126,8 @@ fn subtract(b: &[f64], product: &[f64], r: &mut [f64], partial: &mut [f64]) -> f
 
 /// `direction = preconditioned + β direction`.
 fn turn(beta: f64, preconditioned: &[f64], direction: &mut [f64]) {
-    direction.par_chunks_mut(CHUNK).zip(preconditioned.par_chunks(CHUNK)).for_each(|(d, z)| {
+    let both = direction.par_chunks_mut(CHUNK).zip(preconditioned.par_chunks(CHUNK));
+    both.with_min_len(CHUNKS).for_each(|(d, z)| {
         for (d, z) in d.iter_mut().zip(z) {
             // A first direction of an earlier solve may hold anything: β = 0 must not multiply it.
             *d = if beta == 0.0 { *z } else { z + beta * *d };
@@ -142,6 +148,7 @@ fn advance(
         .par_iter_mut()
         .zip(x.par_chunks_mut(CHUNK).zip(r.par_chunks_mut(CHUNK)))
         .zip(direction.par_chunks(CHUNK).zip(product.par_chunks(CHUNK)))
+        .with_min_len(CHUNKS)
         .for_each(|((sum, (x, r)), (d, q))| {
             *sum = 0.0;
             for k in 0..x.len() {

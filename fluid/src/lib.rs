@@ -11,7 +11,7 @@
 //! | positions projected onto the density | – | [`position_projection`] |
 //! | predictor: gravity, laminar, sub-particle-scale and approach viscosity | (10)–(13), (4), (6), (7) | [`viscosity`], [`correction`] |
 //! | pressure Poisson equation | (14)–(16) | [`pressure_operator`], [`surface_offset`] |
-//! | its solution | – | [`conjugate_gradients`], [`preconditioner`], [`multigrid`] |
+//! | its solution | – | [`conjugate_gradients`], [`preconditioner`], [`multigrid`], [`hierarchy`] |
 //! | velocity | (18) | [`velocity_correction`] |
 //! | load on the structure, reaction, wall forces | (46), (48) | [`interface_load`], [`interface`] |
 //! | motion, shifting, Taylor correction | (19)–(32) | [`shifting`], [`taylor`], [`contact`] |
@@ -51,45 +51,72 @@
 //!
 //! # Where this departs from the paper, and what forced it
 //!
-//! Measured with this crate in two dimensions, water, `h = 1.2 Δx`: "tank" is 0.5 wide and 1 deep (H/Δx = 20, positions jittered by 0.1 Δx, 6 s), "dam" a
-//! column 1 × 2 in a tank 4 wide (Δx = width/20, 1.5 s). `K` is kinetic energy; the default gives in the tank a mean `K` of 0.017 J that does not grow.
-//! The sub-particle-scale model was off in these runs, and the budget of Eq. (18) did not yet count the time integration's error ([`velocity_correction`]). The paper's choices together are [`Options::paper`].
+//! Measured with this crate in two dimensions, water, `h = 1.2 Δx`, all but the choice named as by default (the sub-particle-scale model on): "tank" is 0.5 wide and 1 deep
+//! (H/Δx = 20, positions jittered by 0.1 Δx, 6 s, means from 1 s on), "dam" a column 1 × 2 in a tank 4 wide (Δx = width/20, 1.5 s). `K` is kinetic energy, "rise" the largest rise of kinetic and
+//! potential energy over the least before, over that at the start. By default the tank has a mean `K` of 0.027 J (it could fall with 2450 J), the rms error of its pressure is 0.07 % of ρgH and its
+//! centroid stands 0.19 % high; the dam keeps 0.970 of its energy and its rise is 3.3e-4. The paper's choices together are [`Options::paper`].
 //!
 //! | paper | here | why |
 //! |---|---|---|
-//! | compact Laplacian (15), gradient (18) | gradient as the negative transpose of the divergence, `A = D M⁻¹ Dᵀ + 0.1 L` | projection cannot add energy, by construction; the paper's choices together: dam not finite at 0.79 s; tank (2 s) K 1.0 J, energy + 0.8 %, centroid + 0.8 %, single densities 15 % off |
-//! | Eq. (18) everywhere | Eq. (18) as far as energy allows (θ), none where neighbours are one-sided or beside the structure (φ) | symmetric gradient alone: tank K 35 J, pressure to 1.8 times hydrostatic; dam keeps 0.938 of its energy instead of 0.973 |
-//! | thresholds 1.4/1.6 of ∇·r | 1.6/1.8 | a flat lattice surface has 1.28, the layer beneath it 1.92; 1.4/1.6 lost a tank in under 1 s in a throw-away prototype, not measured again here |
-//! | density error left alone | position projection, velocity unchanged | without it the tank's centroid sinks by 2.6 % and K is 10 times as large |
-//! | `p = 0` on surface particles | `½ρΔx a_p·n` | rms pressure error of the tank without 1.4 % of ρgH, with 0.05–0.6 % |
-//! | shifting (21)–(23) | concentration gradient with `ζ ≥ √(gH) Δt` | without shifting K reaches 13 J; with `ζ = u_max Δt` a resting tank is not shifted at all |
-//! | Taylor correction of velocity (20), (31) | off | adds energy at ragged surfaces: dam not finite at 1.01 s |
+//! | compact Laplacian (15), gradient (18) | gradient as the negative transpose of the divergence, `A = D M⁻¹ Dᵀ + 0.1 L` | projection cannot add energy, by construction; the paper's choices together: dam not finite at 0.89 s; tank at 2 s K 1 J, energy + 2.5 %, centroid + 2.5 %, single densities 24 % off, not finite at 5.8 s |
+//! | Eq. (18) everywhere | Eq. (18) as far as energy allows (θ), none where neighbours are one-sided or beside the structure (φ) | symmetric gradient alone: tank K 88 J, pressure off by up to 0.67 ρgH; dam keeps 0.933 of its energy instead of 0.970 |
+//! | thresholds 1.4/1.6 of ∇·r | 1.6/1.8 | a flat lattice surface has 1.28, the layer beneath it 1.92. 1.4/1.6 hold too: tank K 0.032 J, dam's energy 0.956 |
+//! | density error left alone | position projection, velocity unchanged | without it the tank's centroid rises by 1.3 % and K is 5 times as large |
+//! | `p = 0` on surface particles, drawn to 0 near it | pressure at their depth ([`surface_offset`]) | rms pressure error of the tank without 2.8 % of ρgH, with 0.07 %; K 5 times as large without |
+//! | shifting (21)–(23) | concentration gradient with `ζ ≥ √(gH) Δt` | without shifting K reaches 12 J, and the dam's rise is 3.6e-3; with `ζ = u_max Δt` a resting tank is not shifted at all |
+//! | Taylor correction of velocity (20), (31) | off | adds energy at ragged surfaces: the dam's rise is 1.2e-3, four times as large |
 //! | walls not described | weight 2 in divergence and gradient, no wall unknowns; approach limited at 0.25 Δx from the surface | a particle of known pressure meets no resistance otherwise |
-//! | – | viscosity `0.02 h √(gH)` between approaching particles | takes 0.012 of the dam's energy in 1.5 s (0.973 is left; without viscosity 0.988, which survives too) |
+//! | – | viscosity `0.02 h √(gH)` between approaching particles | takes 0.0024 of the dam's energy in 1.5 s (0.970 is left; without it 0.972, which survives too) and most of the noise of the tank, whose K is 0.10 J without |
+//! | sub-particle-scale model (10), `c_s = 0.1` | the same, can be switched off | takes 0.005 of the dam's energy in 1.5 s (0.975 is left without), nothing in the tank |
 //! | Eq. (48) | transpose of the divergence | equal and opposite by construction; (48) is `load = PressureGradient` |
 //! | Eq. (17) | π in the cosine | slip in print |
 //! | Eqs. (6)–(7) | Fatehi and Manzari's tensor, exact for quadratic fields (tested) | garbled in print |
 //! | Eq. (13) | mean viscosity with the 2 of Eq. (4) | slip in print |
 //! | Eq. (27) | `d` with the sign of `δr·n` | slip in print: inward shifts would double |
 //! | Cr = 0.1 | 0.2, growing by at most 1.2 a step | all numbers here are at 0.2; 0.1 was run with the paper's choices only |
-
 //!
 //! # What a step costs
 //!
-//! Measured with `examples/step_cost.rs` on a column that has collapsed for 0.2 s (50,000 particles) and 0.5 s (9,000), processor time of one thread on
-//! a loaded machine with a copy bandwidth of 15 to 17 GB/s:
+//! Measured with `examples/step_cost.rs` on a column that collapses (0.24 s at 2,300 and 9,000 particles, 0.10 s at 50,000, its very beginning at 500,000), each
+//! step three times, the least time of each stage, on a machine of two cores that was busy otherwise, with a copy bandwidth of 31 to 38 GB/s on one thread and up to 64 on two.
 //!
-//! | µs a particle and step | 9,000 | 50,000 |
-//! |---|---|---|
-//! | tolerance 1e-3 | 1.7 | 2.0 |
-//! | tolerance 1e-6 | 2.4 | 2.9 |
+//! | µs a particle and step, one thread / two | 2,300 | 9,000 | 50,000 | 500,000 |
+//! |---|---|---|---|---|
+//! | tolerance 1e-3 | 1.39 / 1.24 | 1.27 / 0.75 | 1.63 / 0.95 | 1.35 / 0.69 |
+//! | its iterations, pressure and positions | 6.9, 1.7 | 6.6, 1.2 | 6.0, 1.1 | 2.0, 1.0 |
+//! | tolerance 1e-6 | 1.88 / 1.65 | 1.86 / 1.25 | 2.17 / 1.37 | 1.95 / 1.25 |
+//! | its iterations | 13.5, 1.8 | 13.0, 1.2 | 13.0, 1.2 | 9.0, 1.0 |
 //!
-//! Half to two thirds of it is the pressure solve; neighbour lists and kernel sums take 0.36 µs, hierarchy and assembly 0.19, the prediction 0.15,
-//! everything else 0.15. Memory is 1.41 kB a particle at 9,000, 1.28 at 50,000, 1.31 at 500,000 and 1.25 at two million.
+//! A dam that has broken and splashed for 1.46 s (9,000 particles, 11.7 and 2.6 iterations) takes 1.93 / 1.06.
+//! At 50,000 particles and 1e-3, bandwidth counted as the example's `traffic` says:
 //!
-//! Neighbour lists are found anew each step and particles keep their order. A list with a skin could save at most the search, a fraction of those 0.36 µs, and its
-//! order would depend on when it was made, which a restart would have to know. Particles sorted along a Morton curve were no faster at 9,000
-//! nor at 50,000 in these states, whose order is still nearly the lattice's; long runs of well-mixed fluid and 500,000 particles have not been measured.
+//! | stage | share | GB/s on one thread, two | two threads are faster by |
+//! |---|---|---|---|
+//! | neighbours, kernel sums, surface | 0.26 | 3.2, 5.2 | 1.59 |
+//! | assembly, hierarchy | 0.03 | 10.7, 17.7 | 1.65 |
+//! | position projection | 0.12 | 13.3, 24.2 | 1.83 |
+//! | prediction | 0.06 | 8.8, 15.9 | 1.81 |
+//! | pressure solve | 0.45 | 13.0, 23.5 | 1.81 |
+//! | velocity, loads | 0.04 | 15.3, 26.8 | 1.75 |
+//! | motion, accounts | 0.04 | 7.8, 11.8 | 1.50 |
+//! | whole | 1 | 10.0, 17.2 | 1.72 |
+//!
+//! No stage comes near the copy bandwidth: at these sizes the caches hold much of what is gathered, and arithmetic and latency take the time. What runs
+//! on one thread whatever there are is 6 % of a step in which a hierarchy is made (9,000 particles: 1.9 % aggregates, 1.4 % surface, the rest in pieces), 4 % of one in
+//! which none is. What keeps two threads of small fluids from twice the speed is handing over: a step has about 200 passes, and a thread that has waited for
+//! 15 µs sleeps and takes that long to wake. Passes too short to share are not shared ([`multigrid`], [`conjugate_gradients`]).
+//!
+//! The hierarchy is kept while it serves ([`hierarchy`]): made 0.02 times a step in the collapsing column of 9,000, 0.38 times in the splashing dam, where it costs
+//! half an iteration; making it takes 0.16 µs a particle, an iteration 0.08.
+//!
+//! Memory is 1.41 kB a particle at 9,000, 1.28 at 50,000, 1.31 at 500,000 and 1.25 at two million, to which the memory of what the hierarchy was made of adds 0.02 to 0.03.
+//!
+//! Neighbour lists are found anew each step and particles keep their order. The search is 8 % of a step, and a list with a skin would still have to be
+//! sifted for the pairs that are in reach: of the candidates, which are 2.9 times the pairs in the search's cells, a skin of 0.4 `h` leaves 1.4 times. It could save half of
+//! the search at most, and its order would depend on when it was made, which a restart would have to know. Sorting particles along a Morton curve makes a
+//! step of the splashing dam (9,000, 1.46 s after the start in the lattice's order) 4 to 6 % faster, that of a column near the lattice's order not at all, at 50,000 and at
+//! 500,000. Order matters when it is lost altogether: shuffled, 9,000 particles take 1.09 times as long, 50,000 twice, and 500,000 take 6.1 µs instead of 1.35. Runs of 500,000 that are
+//! long enough to mix have not been made.
 //!
 //! Starting the solve from pressures extrapolated in time took 4.4 instead of 6.0 iterations while the column began to fall smoothly, and 15.0 instead of 13.2 once it had
 //! splashed (13.1 with half the extrapolation): the pressure there is not smooth in time, and nothing is extrapolated.
@@ -99,6 +126,7 @@ pub mod conjugate_gradients;
 pub mod contact;
 pub mod correction;
 pub mod error;
+pub mod hierarchy;
 pub mod interface;
 pub mod interface_load;
 pub mod multigrid;

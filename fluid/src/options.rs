@@ -106,7 +106,7 @@ pub struct Options {
     pub position_projection: bool,
     /// Blend of the corrected gradient of Eq. (18) into the symmetric one, as far as energy allows (energy-consistent scheme only).
     pub corrected_gradient: bool,
-    /// Pressure of the half layer outside the surface particles.
+    /// Pressure of the layer outside particles on and near the surface ([`surface_offset`](crate::surface_offset)).
     pub surface_offset: bool,
     /// Shifting law.
     pub shifting: ShiftingLaw,

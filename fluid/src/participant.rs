@@ -52,7 +52,7 @@ fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, Part
     let made = setup::from_case::<D>(case)?;
     let (particles, walls) = (made.state.len(), made.walls.positions.len());
     let fluid = build(&made, InterfaceParticles::default())?;
-    let step = fluid.stable_step(&made.state, &[]).min(made.max_time_step);
+    let step = fluid.stable_step(&made.state, 0.0, &[]).min(made.max_time_step);
     let windows = case.general.end_time / step;
     let line = |what: &str, value: String| (what.to_owned(), value);
     Ok(vec![
@@ -136,8 +136,8 @@ impl<const D: usize> FluidParticipant<D> {
         }
     }
 
-    fn window_limit(&self, state: &State<D>) -> f64 {
-        self.fluid.stable_step(state, &self.velocities).min(self.made.max_time_step)
+    fn window_limit(&self, state: &State<D>, time: f64) -> f64 {
+        self.fluid.stable_step(state, time, &self.velocities).min(self.made.max_time_step)
     }
 
     fn scalars(&self, state: &State<D>, ledger: &Ledger) -> Vec<f64> {
@@ -230,7 +230,7 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         self.snapshots.write_walls(start, &self.made.walls)?;
         self.snapshots.write(start, &self.accepted)?;
         let scalars = self.scalars(&self.accepted, &self.accepted_ledger);
-        Ok(Readiness { window_limit: self.window_limit(&self.accepted), scalars })
+        Ok(Readiness { window_limit: self.window_limit(&self.accepted, start), scalars })
     }
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
@@ -247,7 +247,7 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         self.end_of_trial = window.end();
         self.report = Some(WindowReport {
             sub_steps: 1,
-            window_limit: self.window_limit(&self.trial),
+            window_limit: self.window_limit(&self.trial, self.end_of_trial),
             scalars: self.scalars(&self.trial, &self.trial_ledger),
             compute_seconds: started.elapsed().as_secs_f64(),
         });
@@ -341,7 +341,7 @@ mod tests {
         participant.made.options.iteration_limit = 0;
         participant.fluid =
             build(&participant.made, InterfaceParticles::default()).expect("the fluid can be made");
-        let size = participant.window_limit(&participant.accepted);
+        let size = participant.window_limit(&participant.accepted, 0.0);
         let error = participant
             .fluid
             .step(&participant.accepted, 0.0, size, &InterfaceInput::NONE, &mut participant.trial)

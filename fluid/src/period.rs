@@ -31,6 +31,7 @@ impl<const D: usize> Period<D> {
     }
 
     /// Whether nothing repeats.
+    #[inline]
     pub fn is_none(&self) -> bool {
         self.length == Vector::<D>::zeros()
     }
@@ -43,6 +44,9 @@ impl<const D: usize> Period<D> {
     /// The shortest of the offsets (m) that are the same but for whole periods.
     #[inline]
     pub fn nearest(&self, offset: Vector<D>) -> Vector<D> {
+        if self.is_none() {
+            return offset;
+        }
         offset - self.length.component_mul(&offset.component_mul(&self.inverse).map(f64::round))
     }
 

@@ -6,7 +6,11 @@
 
 use crate::neighbourhood::Neighbourhood;
 use crate::surface::Surface;
+use rayon::prelude::*;
 use sph::Vector;
+
+/// Particles that one task works through at least.
+const ROWS: usize = 1024;
 
 /// Largest density error that one step takes back.
 const CLAMP: f64 = 0.05;
@@ -18,19 +22,20 @@ pub fn density_errors<const D: usize>(
     lattice_concentration: f64,
     out: &mut Vec<f64>,
 ) {
-    out.clear();
-    out.extend(neighbourhood.surroundings.iter().enumerate().map(|(a, sums)| {
+    let sums = &neighbourhood.surroundings;
+    out.resize(sums.len(), 0.0);
+    out.par_iter_mut().zip(sums).with_min_len(ROWS).enumerate().for_each(|(a, (out, sums))| {
         let error = (sums.concentration - lattice_concentration) / lattice_concentration;
-        if surface.free[a] { surface.alpha[a] * error.clamp(-CLAMP, CLAMP) } else { 0.0 }
-    }));
+        *out = if surface.free[a] { surface.alpha[a] * error.clamp(-CLAMP, CLAMP) } else { 0.0 };
+    });
 }
 
 /// Shortens displacements (m) to `limit` (m).
 pub fn limit<const D: usize>(displacements: &mut [Vector<D>], limit: f64) {
-    for d in displacements {
+    displacements.par_iter_mut().with_min_len(ROWS).for_each(|d| {
         let length = d.norm();
         if length > limit {
             *d *= limit / length;
         }
-    }
+    });
 }

@@ -140,8 +140,9 @@ impl<const D: usize> Fluid<D> {
         self.reference_velocity
     }
 
-    /// The longest stable step from `state` (s): Eq. (49) with the fastest of fluid and structure, growth, viscosity (`h²/8ν`).
-    pub fn stable_step(&self, state: &State<D>, structure_velocities: &[Vector<D>]) -> f64 {
+    /// The longest stable step (s) from `state` at `time` (s): Eq. (49) with the fastest of fluid, structure and walls that move in the step, growth,
+    /// viscosity (`h²/8ν`).
+    pub fn stable_step(&self, state: &State<D>, time: f64, structure_velocities: &[Vector<D>]) -> f64 {
         let h = self.smoothing_length();
         let fastest = parallel::max(state.len(), self.reference_velocity, |a| state.velocities[a].norm());
         let fastest = structure_velocities.iter().map(Vector::norm).fold(fastest, f64::max);
@@ -150,7 +151,10 @@ impl<const D: usize> Fluid<D> {
             dt = dt.min(self.options.growth * state.last_dt);
         }
         let viscosity = self.properties.kinematic_viscosity + self.approach_viscosity();
-        if viscosity > 0.0 { dt.min(0.125 * h * h / viscosity) } else { dt }
+        if viscosity > 0.0 {
+            dt = dt.min(0.125 * h * h / viscosity);
+        }
+        self.walls.longest_step(time, dt, self.options.courant * h)
     }
 
     pub(crate) fn approach_viscosity(&self) -> f64 {

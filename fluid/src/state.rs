@@ -1,6 +1,7 @@
 //! The fluid's state between two steps: all that the next step depends on, the solver's memory included.
 
 use crate::Error;
+use crate::hierarchy::Hierarchy;
 use sph::Vector;
 
 /// What a particle is by its surroundings (the paper's Fig. 2).
@@ -40,13 +41,15 @@ pub struct State<const D: usize> {
     /// Energy (J) by which the fluid stands above the least that it had so far, works of walls and structure taken out: what
     /// [`velocity_correction`](crate::velocity_correction) has given it too much.
     pub energy_excess: f64,
+    /// The preconditioner that the next step takes; a new one where there is none.
+    pub hierarchy: Option<Hierarchy<D>>,
     /// Particles that left the domain so far.
     pub left: u64,
     /// Particles lost inside walls or structure so far: zero in a sound run.
     pub lost: u64,
 }
 
-const MAGIC: &[u8; 8] = b"mnscflu2";
+const MAGIC: &[u8; 8] = b"mnscflu3";
 
 impl<const D: usize> State<D> {
     /// Particles at rest or moving, without pressure.
@@ -63,6 +66,7 @@ impl<const D: usize> State<D> {
             position_potentials: vec![0.0; count],
             last_dt: 0.0,
             energy_excess: 0.0,
+            hierarchy: None,
             left: 0,
             lost: 0,
         }
@@ -88,10 +92,11 @@ impl<const D: usize> State<D> {
         self.pressure_accelerations.clone_from(&other.pressure_accelerations);
         self.position_potentials.clone_from(&other.position_potentials);
         (self.last_dt, self.energy_excess) = (other.last_dt, other.energy_excess);
+        self.hierarchy.clone_from(&other.hierarchy);
         (self.left, self.lost) = (other.left, other.lost);
     }
 
-    /// Keeps the particles for which `keep` holds, in their order.
+    /// Keeps the particles for which `keep` holds, in their order. A hierarchy of others serves no longer.
     pub fn retain(&mut self, keep: &[bool]) {
         fn sieve<T>(values: &mut Vec<T>, keep: &[bool]) {
             let mut next = keep.iter();
@@ -104,6 +109,7 @@ impl<const D: usize> State<D> {
         sieve(&mut self.classes, keep);
         sieve(&mut self.pressure_accelerations, keep);
         sieve(&mut self.position_potentials, keep);
+        self.hierarchy = None;
     }
 
     /// The state as bytes (little endian): a restart from them is identical to the bit.
@@ -129,6 +135,9 @@ impl<const D: usize> State<D> {
             for x in field {
                 bytes.extend_from_slice(&x.to_le_bytes());
             }
+        }
+        if let Some(hierarchy) = &self.hierarchy {
+            bytes.extend(hierarchy.to_bytes());
         }
         bytes
     }
@@ -179,6 +188,15 @@ impl<const D: usize> State<D> {
         let (positions, velocities, pressure_accelerations) = (vectors()?, vectors()?, vectors()?);
         let pressures = words(take(8 * n)?).map(f64::from_le_bytes).collect();
         let position_potentials = words(take(8 * n)?).map(f64::from_le_bytes).collect();
+        let hierarchy = match rest {
+            [] => None,
+            rest => {
+                let saved = Hierarchy::from_bytes(rest).filter(|h| h.origin.positions.len() == n);
+                Some(saved.ok_or_else(|| {
+                    Error::Restore("its preconditioner is not that of its particles".into())
+                })?)
+            }
+        };
         let (left, lost) = (head[2], head[3]);
         Ok(Self {
             ids,
@@ -190,6 +208,7 @@ impl<const D: usize> State<D> {
             position_potentials,
             last_dt,
             energy_excess,
+            hierarchy,
             left,
             lost,
         })

@@ -10,6 +10,7 @@ mod velocity;
 use crate::accounting::StepReport;
 use crate::conjugate_gradients;
 use crate::error::Error;
+use crate::hierarchy::Origin;
 use crate::interface::{InterfaceInput, StructureSurface};
 use crate::neighbourhood::Neighbourhood;
 use crate::preconditioner::PressurePreconditioner;
@@ -17,8 +18,10 @@ use crate::pressure_operator::OperatorScratch;
 use crate::solver::Fluid;
 use crate::state::State;
 use crate::surface::Surface;
+use crate::surface_offset::Outside;
 use crate::viscosity::ViscousScratch;
 use sph::{Matrix, Vector};
+use std::sync::Arc;
 
 /// Stages of a step, in their order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,9 +55,10 @@ pub(crate) struct Scratch<const D: usize> {
     terms: assembly::Terms<D>,
     diagonal: Vec<f64>,
     right: Vec<f64>,
-    known: Vec<f64>,
+    outside: Outside,
     wall_rate: Vec<f64>,
-    preconditioner: PressurePreconditioner,
+    preconditioner: PressurePreconditioner<D>,
+    prepared_for: Option<Arc<Origin<D>>>,
     solver: conjugate_gradients::Scratch,
     operator: OperatorScratch<D>,
     known_image: Vec<f64>,
@@ -70,6 +74,13 @@ pub(crate) struct Scratch<const D: usize> {
     contact_impulses: Vec<Vector<D>>,
     pub(crate) wall_forces: Vec<Vector<D>>,
     keep: Vec<bool>,
+}
+
+impl<const D: usize> Scratch<D> {
+    /// Whether the preconditioner was made of `origin`.
+    fn is_prepared_for(&self, origin: &Arc<Origin<D>>) -> bool {
+        self.prepared_for.as_ref().is_some_and(|made| Arc::ptr_eq(made, origin) || made == origin)
+    }
 }
 
 impl<const D: usize> Fluid<D> {
@@ -105,12 +116,14 @@ impl<const D: usize> Fluid<D> {
     ) -> Result<StepReport<D>, Error> {
         structure.check(self.interface.volumes.len(), time)?;
         trial.copy_from(accepted);
+        self.recover_hierarchy(accepted)?;
         self.walls.move_to(time, dt);
         let mut report = StepReport { dt, ..StepReport::default() };
 
-        self.find_neighbours(accepted, structure); //                      (1), (5), (17), (25), (26)
+        self.find_neighbours(&accepted.positions, structure.positions); //  (1), (5), (17), (25), (26)
         done(Stage::Neighbours);
         self.assemble(); //                                                 (15), (16)
+        self.choose_hierarchy(accepted, (time, dt), structure, trial);
         done(Stage::Assembly);
         self.project_positions(time, trial, &mut report)?; //               density error
         done(Stage::PositionProjection);

@@ -13,11 +13,13 @@ pub fn confidence<const D: usize>(
     corrections: &[(Matrix<D>, f64)],
     out: &mut Vec<f64>,
 ) {
-    out.clear();
-    out.extend(corrections.iter().enumerate().map(|(a, (_, smallest))| {
-        let beside_structure = !neighbourhood.structure.of(a).is_empty();
-        if beside_structure { 0.0 } else { ((smallest - 0.3) / 0.2).clamp(0.0, 1.0) }
-    }));
+    out.resize(corrections.len(), 0.0);
+    out.par_iter_mut().zip(corrections).with_min_len(1024).enumerate().for_each(
+        |(a, (out, (_, smallest)))| {
+            let beside_structure = !neighbourhood.structure.of(a).is_empty();
+            *out = if beside_structure { 0.0 } else { ((smallest - 0.3) / 0.2).clamp(0.0, 1.0) };
+        },
+    );
 }
 
 /// Takes the share of Eq. (18) from particles beside walls that move: its `p_w` knows nothing of their acceleration.

@@ -166,6 +166,34 @@ impl<const D: usize> Walls<D> {
         self.grid = CellGrid::new(&self.positions, self.grid.radius());
     }
 
+    /// The longest step (s), `dt` at most, from `time` (s) in which no particle of a wall that moves goes farther than `reach` (m) from where it was.
+    pub fn longest_step(&self, time: f64, mut dt: f64, reach: f64) -> f64 {
+        if !self.moves() {
+            return dt;
+        }
+        // A law may turn back within the step: its quarters are looked at too. Each round takes a tenth at least; laws are continuous.
+        for _ in 0..100 {
+            let gone =
+                (1..=4).map(|k| self.farthest(time, time + 0.25 * f64::from(k) * dt)).fold(0.0, f64::max);
+            if gone <= reach {
+                break;
+            }
+            dt *= 0.9 * (reach / gone).max(0.5);
+        }
+        dt
+    }
+
+    /// Largest distance (m) that a wall particle moves from one time (s) to another.
+    fn farthest(&self, from: f64, to: f64) -> f64 {
+        let motions = self.parts.iter().map(|part| part.motion.as_ref());
+        let poses: Vec<_> = motions.map(|m| m.map(|m| [m.pose(from), m.pose(to)])).collect();
+        let moved = self.rest.iter().zip(&self.part_of).filter_map(|(rest, &part)| {
+            let [start, end] = poses[part as usize].as_ref()?;
+            Some((end.moved(rest) - start.moved(rest)).norm())
+        });
+        moved.fold(0.0, f64::max)
+    }
+
     /// The nearest point of a part's surface to `point` (m) at the start of the step, or at its end.
     pub fn surface_point(&self, part: usize, point: &Vector<D>, at_end: bool) -> SurfacePoint<D> {
         let shape = &self.parts[part].shape;

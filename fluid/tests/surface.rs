@@ -3,6 +3,7 @@
 use fluid::SurfaceClass;
 use fluid::neighbourhood::{Bodies, Neighbourhood};
 use fluid::surface::{Surface, smoothing};
+use fluid::surface_offset;
 use sph::Vector;
 use sph::kernel::CubicSpline;
 use sph::lattice::Lattice;
@@ -78,4 +79,39 @@ fn normals_of_a_flat_surface_are_square_to_it() {
     };
     assert!(divergence(10.5, 9.5) > 0.55, "{}", divergence(10.5, 9.5));
     assert!(divergence(0.5, 9.5) < 0.45, "{}", divergence(0.5, 9.5));
+}
+
+/// In a half space of fine grain (fifty particles to `h`, in three dimensions ten), `∇·r/D` tells how deep a particle is.
+#[test]
+fn the_divergence_of_position_tells_the_depth_under_a_flat_surface() {
+    fn found<const D: usize>(depth: f64, grain: f64) -> f64 {
+        let kernel = CubicSpline::<D>::new(1.0);
+        let reach = Vector::repeat(2.0);
+        let lattice = Lattice::<D>::fill_box(-reach, reach, grain);
+        let inside = lattice.positions.iter().filter(|r| r[D - 1] < depth);
+        let divergence: f64 =
+            inside.map(|r| r.dot(&kernel.gradient(&(-r)))).sum::<f64>() * grain.powi(D as i32);
+        surface_offset::depth::<D>(divergence / D as f64)
+    }
+    for depth in [0.0, 0.2, 0.4, 0.6, 0.8, 1.0] {
+        // Measured within 0.025 and 0.039 h, most at 0.4 and 0.6.
+        let (plane, space) = (found::<2>(depth, 0.02), found::<3>(depth, 0.1));
+        assert!((plane - depth).abs() < 0.03, "{plane} for {depth}");
+        assert!((space - depth).abs() < 0.045, "{space} for {depth}");
+    }
+}
+
+#[test]
+fn the_half_layer_outside_weighs_as_in_a_wave_or_as_it_is_accelerated() {
+    let g = 9.81;
+    let carried = |by_pressure: f64| surface_offset::carried(g, by_pressure * g, g) / g;
+    // Quiet: gravity. A fifth further, half way; from two fifths on what accelerates it, which is nothing in free fall and counts up to 2 g.
+    for (by_pressure, expected) in
+        [(1.0, 1.0), (1.2, 1.0), (0.8, 1.0), (0.7, 0.8), (0.6, 0.6), (1.4, 1.4), (0.0, 0.0), (9.0, 2.0)]
+    {
+        assert!((carried(by_pressure) - expected).abs() < 1e-12, "{by_pressure}: {}", carried(by_pressure));
+    }
+    // A column's side: gravity has no part in it. Beneath a ceiling of air, nothing holds water up.
+    assert!((surface_offset::carried(0.0, 1.5 * g, g) - 1.5 * g).abs() < 1e-12);
+    assert_eq!(surface_offset::carried(-g, 0.0, g), 0.0);
 }

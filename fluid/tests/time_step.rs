@@ -93,7 +93,7 @@ fn run(
     let mut time = 0.0;
     let still = vec![V::zeros(); case.structure.len()];
     while time < end {
-        let dt = fluid.stable_step(&case.state, &still);
+        let dt = fluid.stable_step(&case.state, time, &still);
         let input = InterfaceInput {
             positions: &case.structure,
             velocities: &still,
@@ -150,6 +150,9 @@ fn a_saved_state_restarts_to_the_bit_and_a_broken_one_is_refused() {
     let mut case = tank(0.2, 0.2, 0.4, 0.01, 0.1, 0.1);
     let mut fluid = case.fluid(options());
     run(&mut case, &mut fluid, 0.02, |_, _, _, _| ());
+    // Its next step takes a hierarchy made some steps ago, which a restart has to make again.
+    let made_of = case.state.hierarchy.as_ref().map(|hierarchy| &hierarchy.origin.positions);
+    assert!(made_of.is_some_and(|positions| *positions != case.state.positions));
     let bytes = case.state.to_bytes();
     let mut restarted = case.fluid(options());
     let (mut a, mut b) = (State::default(), State::default());
@@ -214,7 +217,7 @@ fn a_tank_stays_quiet_with_the_hydrostatic_pressure() {
     let (height, dx) = (1.0, 0.05);
     let mut case = tank(0.5, height, 0.5, dx, 0.1, 0.0);
     let mut fluid = case.fluid(Options::default());
-    let (mut force, mut steps) = (0.0, 0);
+    let (mut force, mut steps, mut worst) = (0.0, 0, 0.0f64);
     run(&mut case, &mut fluid, 2.0, |time, fluid, state, report| {
         if time < 0.5 {
             return;
@@ -224,6 +227,9 @@ fn a_tank_stays_quiet_with_the_hydrostatic_pressure() {
         let rms = (square / state.len() as f64).sqrt() / (9810.0 * height);
         // Measured 0.0005 to 0.006 of ρgH.
         assert!(rms < 0.01, "pressure at {time}: {rms}");
+        // No particle deeper than the first layer has the surface's pressure: drawn towards zero as Eq. (16) has it, one lacked 0.05.
+        let [largest, _] = fluid.hydrostatic_error(state, &v(0.0, height));
+        worst = worst.max(largest);
         // Measured 0.02 J (0.01 m/s, half of g Δt) with single surface particles at times at 0.1 J; the water could fall with 2450 J.
         assert!(report.kinetic_energy < 0.5, "{}", report.kinetic_energy);
         assert!(report.mean_density_error.abs() < 1e-3);
@@ -231,6 +237,8 @@ fn a_tank_stays_quiet_with_the_hydrostatic_pressure() {
         steps += 1;
     });
     assert_eq!((case.state.left, case.state.lost), (0, 0));
+    println!("{worst}");
+    assert!(worst < 0.03, "{worst}");
     // The bed carries the weight of 500 kg, but for the lattice sum of the kernel's moment, 0.991.
     let carried = -force / f64::from(steps) / (500.0 * 9.81);
     assert!((carried - 0.991).abs() < 0.01, "{carried}");
@@ -288,7 +296,7 @@ fn a_swinging_gate_leaks_nothing() {
     let held = vec![V::zeros(); structure.len()];
     let (mut time, mut trial) = (0.0, State::default());
     while time < 0.15 {
-        let dt = fluid.stable_step(&case.state, &[v(0.5, 0.0)]);
+        let dt = fluid.stable_step(&case.state, time, &[v(0.5, 0.0)]);
         let positions: Vec<V> = structure.iter().map(|p| turned(p, angle(time))).collect();
         let velocities: Vec<V> = structure
             .iter()
@@ -515,7 +523,7 @@ fn a_tank_in_three_dimensions() {
     let (mut time, mut trial) = (0.0, State::default());
     let mut last = StepReport::default();
     while time < 0.5 {
-        let dt = fluid.stable_step(&state, &[]);
+        let dt = fluid.stable_step(&state, time, &[]);
         last = fluid.step(&state, time, dt, &InterfaceInput::NONE, &mut trial).unwrap();
         std::mem::swap(&mut state, &mut trial);
         time += dt;

@@ -2,25 +2,22 @@
 
 use rayon::prelude::*;
 
-/// Rows handled by one task: fixed, so that nothing depends on the number of threads.
-pub(super) const CHUNK: usize = 512;
+/// Rows made by one task.
+const CHUNK: usize = 512;
+
+/// Rows that one task works through at least where a row is summed: below it handing them over takes longer than summing them.
+pub(super) const SUMMED: usize = 128;
+
+/// Rows that one task works through at least where there are a few multiplications for each.
+pub(super) const SCALED: usize = 4096;
 
 /// The damping of the Jacobi smoother. Below one it contracts, because `D⁻¹A` has no eigenvalue above two.
 const JACOBI_WEIGHT: f64 = 0.94;
 
-/// Calls `pass(i, &mut out[i])` for every row, in chunks; inline where waking another thread would take longer.
+/// Calls `pass(i, &mut out[i])` for every row, at least `task` rows by one thread.
 #[inline]
-pub(super) fn for_rows(out: &mut [f64], pass: impl Fn(usize, &mut f64) + Sync) {
-    let chunk_pass = |(chunk, part): (usize, &mut [f64])| {
-        for (k, value) in part.iter_mut().enumerate() {
-            pass(chunk * CHUNK + k, value);
-        }
-    };
-    if out.len() <= 2 * CHUNK {
-        out.iter_mut().enumerate().for_each(|(i, value)| pass(i, value));
-    } else {
-        out.par_chunks_mut(CHUNK).enumerate().for_each(chunk_pass);
-    }
+pub(super) fn for_rows(task: usize, out: &mut [f64], pass: impl Fn(usize, &mut f64) + Sync) {
+    out.par_iter_mut().with_min_len(task).enumerate().for_each(|(i, value)| pass(i, value));
 }
 
 /// A coupling `a_ij`, `i ≠ j`, and its column.

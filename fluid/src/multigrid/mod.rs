@@ -27,7 +27,7 @@ mod matrix;
 use aggregation::Aggregates;
 use coarsest::Cholesky;
 pub use matrix::OpenRow;
-use matrix::{RowChunk, SymmetricRows, for_rows};
+use matrix::{RowChunk, SCALED, SUMMED, SymmetricRows, for_rows};
 
 /// The factor `ω` on coarse corrections. Below two, see the [module](self).
 const STRETCH: f64 = 1.8;
@@ -155,11 +155,8 @@ impl Multigrid {
             residual.len() == rows && correction.len() == rows,
             "vectors are as long as the matrix has rows"
         );
-        cycle(&mut self.levels[..self.depth], &self.coarsest, residual, correction, true);
-        if self.options.short_wave_gain > 0.0 {
-            let (gain, rows) = (self.options.short_wave_gain, &self.levels[0].matrix.rows);
-            for_rows(correction, |i, z| *z += gain * rows[i].step * residual[i]);
-        }
+        let gain = self.options.short_wave_gain;
+        cycle(&mut self.levels[..self.depth], &self.coarsest, residual, correction, Start::Zero, gain);
     }
 }
 
@@ -183,35 +180,46 @@ fn compressed<'a>(
     }
 }
 
-/// One cycle for `A x = right` on the finest of `levels`, from zero or improving `x`.
-fn cycle(levels: &mut [Level], coarsest: &Cholesky, right: &[f64], x: &mut [f64], from_zero: bool) {
+/// What a cycle starts from.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Start {
+    Zero,
+    Improving,
+}
+
+/// One cycle for `A x = right` on the finest of `levels`, from zero or improving `x`; at the end `gain` Jacobi steps' worth of `right` is added.
+fn cycle(levels: &mut [Level], coarsest: &Cholesky, right: &[f64], x: &mut [f64], start: Start, gain: f64) {
     let (level, coarser) = levels.split_first_mut().expect("a cycle has a level to work on");
     let Level { matrix, aggregates, smoothed, .. } = level;
     if coarser.is_empty() && matrix.len() <= DIRECT {
         x.copy_from_slice(right);
         coarsest.solve(x);
+        for_rows(SCALED, x, |i, v| *v += gain * matrix.rows[i].step * right[i]);
         return;
     }
-    if from_zero {
-        for_rows(smoothed, |i, v| *v = matrix.rows[i].step * right[i]);
+    if start == Start::Zero {
+        for_rows(SCALED, smoothed, |i, v| *v = matrix.rows[i].step * right[i]);
     } else {
         let x = &*x;
-        for_rows(smoothed, |i, v| *v = x[i] + matrix.rows[i].step * matrix.residual(i, right, x));
+        for_rows(SUMMED, smoothed, |i, v| *v = x[i] + matrix.rows[i].step * matrix.residual(i, right, x));
     }
     if let [next, ..] = coarser {
         let (mut coarse_right, mut coarse) =
             (std::mem::take(&mut next.right), std::mem::take(&mut next.correction));
         let fine = &*smoothed;
-        for_rows(&mut coarse_right, |c, sum| {
+        for_rows(SUMMED / 8, &mut coarse_right, |c, sum| {
             *sum = aggregates.members(c).iter().map(|&i| matrix.residual(i as usize, right, fine)).sum();
         });
-        cycle(coarser, coarsest, &coarse_right, &mut coarse, true);
+        cycle(coarser, coarsest, &coarse_right, &mut coarse, Start::Zero, 0.0);
         if coarser.len() > 1 {
-            cycle(coarser, coarsest, &coarse_right, &mut coarse, false);
+            cycle(coarser, coarsest, &coarse_right, &mut coarse, Start::Improving, 0.0);
         }
-        for_rows(smoothed, |i, v| *v += STRETCH * aggregates.interpolate(i, &coarse));
+        for_rows(SCALED, smoothed, |i, v| *v += STRETCH * aggregates.interpolate(i, &coarse));
         (coarser[0].right, coarser[0].correction) = (coarse_right, coarse);
     }
     let smoothed = &*smoothed;
-    for_rows(x, |i, v| *v = smoothed[i] + matrix.rows[i].step * matrix.residual(i, right, smoothed));
+    for_rows(SUMMED, x, |i, v| {
+        let step = matrix.rows[i].step;
+        *v = smoothed[i] + step * (matrix.residual(i, right, smoothed) + gain * right[i]);
+    });
 }

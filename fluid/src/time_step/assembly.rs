@@ -1,15 +1,18 @@
 //! Neighbours, surface, and the operator of the pressure Poisson equation.
 
 use super::{ROWS, Scratch};
+use crate::error::Error;
+use crate::hierarchy::{Hierarchy, Origin};
 use crate::interface::InterfaceInput;
 use crate::neighbourhood::{Bodies, Neighbourhood};
-use crate::options::{Options, Scheme};
+use crate::options::{Options, Preconditioner, Scheme};
 use crate::pressure_operator::{self, PressureOperator};
 use crate::solver::{Fluid, FluidProperties};
 use crate::state::State;
 use crate::surface::Surface;
 use rayon::prelude::*;
 use sph::Vector;
+use std::sync::Arc;
 
 /// What the operator is made of besides neighbours and surface, one entry a particle.
 #[derive(Default)]
@@ -18,6 +21,8 @@ pub(super) struct Terms<const D: usize> {
     pub own: Vec<Vector<D>>,
     /// What regularisation and Eq. (16) add to the operator's diagonal (m³/kg/m²).
     pub extra_diagonal: Vec<f64>,
+    /// The part of it that Eq. (16) adds: how strongly a pressure is drawn towards that of the surface.
+    pub draw: Vec<f64>,
 }
 
 /// The operator of both solves; without `compliance` the structure is a wall.
@@ -41,23 +46,23 @@ pub(super) fn operator<'a, const D: usize>(
 }
 
 impl<const D: usize> Fluid<D> {
-    pub(super) fn find_neighbours(&mut self, accepted: &State<D>, structure: &InterfaceInput<'_, D>) {
+    pub(super) fn find_neighbours(&mut self, positions: &[Vector<D>], structure_positions: &[Vector<D>]) {
         let bodies = Bodies {
             wall_positions: &self.walls.positions,
             wall_volumes: &self.walls.volumes,
             wall_grid: &self.walls.grid,
-            structure_positions: structure.positions,
+            structure_positions,
             structure_volumes: &self.interface.volumes,
         };
         let Scratch { neighbourhood, corrections, surface, structure_surface, .. } = &mut self.scratch;
         let (spacing, volume) = (self.properties.spacing, self.properties.particle_volume);
-        neighbourhood.update(&self.kernel, spacing, volume, &accepted.positions, &bodies);
+        neighbourhood.update(&self.kernel, spacing, volume, positions, &bodies);
         neighbourhood.corrections(0.25, corrections);
         let h = self.kernel.smoothing_length();
-        surface.detect(neighbourhood, corrections, &accepted.positions, self.options.surface_thresholds, h);
+        surface.detect(neighbourhood, corrections, positions, self.options.surface_thresholds, h);
         structure_surface.normals(
             &self.kernel,
-            structure.positions,
+            structure_positions,
             &self.interface.volumes,
             &mut self.output.normals,
         );
@@ -72,16 +77,61 @@ impl<const D: usize> Fluid<D> {
         s.terms.extra_diagonal.resize(s.terms.own.len(), 0.0);
         operator((&self.properties, &self.options), &self.compliance, &s.neighbourhood, &s.surface, &s.terms)
             .diagonal(&mut s.diagonal);
-        let both = s.terms.extra_diagonal.par_iter_mut().zip(&mut s.diagonal).with_min_len(ROWS);
-        both.enumerate().for_each(|(a, (extra, diagonal))| {
-            // Without any surface the mean of the pressure is taken out instead.
-            let pocket = s.surface.in_pocket[a] && !s.surface.is_closed();
-            let pocket = if pocket { self.options.pocket_regularisation } else { 0.0 };
-            let kappa = (self.options.regularisation + pocket) * unit;
-            let alpha = s.surface.alpha[a].max(crate::surface::KNOWN);
-            *extra = kappa + *diagonal * (1.0 / alpha - 1.0);
-            *diagonal += *extra;
-        });
+        s.terms.draw.resize(s.terms.own.len(), 0.0);
+        let terms = s.terms.extra_diagonal.par_iter_mut().zip(&mut s.terms.draw);
+        terms.zip(&mut s.diagonal).with_min_len(ROWS).enumerate().for_each(
+            |(a, ((extra, draw), diagonal))| {
+                // Without any surface the mean of the pressure is taken out instead.
+                let pocket = s.surface.in_pocket[a] && !s.surface.is_closed();
+                let pocket = if pocket { self.options.pocket_regularisation } else { 0.0 };
+                let kappa = (self.options.regularisation + pocket) * unit;
+                let alpha = s.surface.alpha[a].max(crate::surface::KNOWN);
+                *draw = *diagonal * (1.0 / alpha - 1.0);
+                *extra = kappa + *draw;
+                *diagonal += *extra;
+            },
+        );
+    }
+
+    /// Makes the hierarchy that `accepted` says anew where the memory holds another, as after a restart: the same to the bit.
+    pub(super) fn recover_hierarchy(&mut self, accepted: &State<D>) -> Result<(), Error> {
+        let Some(Hierarchy { origin, .. }) = &accepted.hierarchy else { return Ok(()) };
+        if self.scratch.is_prepared_for(origin) {
+            return Ok(());
+        }
+        let (found, expected) = (origin.structure_positions.len(), self.interface.volumes.len());
+        if found != expected {
+            return Err(Error::InterfaceLength { field: "positions in the saved state", found, expected });
+        }
+        self.walls.move_to(origin.time, origin.dt);
+        self.find_neighbours(&origin.positions, &origin.structure_positions);
+        self.assemble();
+        self.prepare(origin);
+        Ok(())
+    }
+
+    /// The hierarchy that `accepted` says, or a new one of this step's matrix; with it `trial`'s next step starts.
+    pub(super) fn choose_hierarchy(
+        &mut self,
+        accepted: &State<D>,
+        (time, dt): (f64, f64),
+        structure: &InterfaceInput<'_, D>,
+        trial: &mut State<D>,
+    ) {
+        if accepted.hierarchy.is_none() {
+            let positions = accepted.positions.clone();
+            let structure_positions = structure.positions.to_vec();
+            let origin = Arc::new(Origin { time, dt, positions, structure_positions });
+            self.prepare(&origin);
+            let kept = self.options.preconditioner == Preconditioner::Multigrid;
+            trial.hierarchy = kept.then(|| Hierarchy::new(origin));
+        }
+        let s = &mut self.scratch;
+        s.preconditioner.fit(&s.surface.free, &s.diagonal, 1.0 / self.properties.density);
+    }
+
+    fn prepare(&mut self, origin: &Arc<Origin<D>>) {
+        let s = &mut self.scratch;
         let a = operator(
             (&self.properties, &self.options),
             &self.compliance,
@@ -90,5 +140,6 @@ impl<const D: usize> Fluid<D> {
             &s.terms,
         );
         s.preconditioner.prepare(self.options.preconditioner, &a, &s.diagonal);
+        s.prepared_for = Some(Arc::clone(origin));
     }
 }

@@ -1,5 +1,6 @@
 //! Where particles go, who is left, and the balances.
 
+use super::ROWS;
 use crate::accounting::{self, StepReport};
 use crate::contact::{self, Approach};
 use crate::error::Error;
@@ -10,6 +11,7 @@ use crate::shifting::{self, ShiftingInput};
 use crate::solver::Fluid;
 use crate::state::{State, SurfaceClass};
 use crate::taylor;
+use rayon::prelude::*;
 use sph::{Vector, parallel};
 
 impl<const D: usize> Fluid<D> {
@@ -55,66 +57,77 @@ impl<const D: usize> Fluid<D> {
                 &mut self.output.pressure_gradients,
             );
         }
+        // From here on the position projection's shifts are the whole displacement.
+        let displacements = &mut s.position_shifts;
+        let carried =
+            |a: usize, trial: &State<D>| (accepted.velocities[a] + trial.velocities[a]) * (0.5 * dt);
+        displacements.par_iter_mut().zip(&s.shifts).with_min_len(ROWS).enumerate().for_each(
+            |(a, (d, shift))| {
+                *d += carried(a, trial) + shift;
+            },
+        );
         let spacing = self.properties.spacing;
         let approach = Approach { dt, least_distance: self.options.contact_distance * spacing };
         let mass = self.properties.density * self.properties.particle_volume;
         s.keep.clear();
         s.keep.resize(trial.len(), true);
         for a in 0..trial.len() {
-            let mut displacement = (accepted.velocities[a] + trial.velocities[a]) * (0.5 * dt)
-                + s.position_shifts[a]
-                + s.shifts[a];
-            let at = accepted.positions[a];
             let near_walls = !s.neighbourhood.walls.of(a).is_empty();
             let near_structure = s.neighbourhood.structure.of(a);
-            let mut lost = false;
-            if near_walls || !near_structure.is_empty() {
-                let u = &mut trial.velocities[a];
-                let before = u.norm_squared();
-                let nearest = contact::nearest_structure(
-                    &at,
-                    near_structure,
-                    structure.positions,
-                    &self.output.normals,
-                    &self.interface_spacings,
-                );
-                if let Some((i, surface)) = nearest {
-                    lost |= surface.distance < -0.5 * spacing;
-                    let change = approach.limit(&surface, &structure.velocities[i], u, &mut displacement);
-                    s.contact_impulses[i] += change * mass;
-                    report.contact_structure_work += mass * change.dot(&structure.velocities[i]);
-                }
-                if near_walls {
-                    let reach = 2.0 * spacing;
-                    contact::keep_off_walls(
-                        &approach,
-                        &self.walls,
-                        reach,
-                        &at,
-                        u,
-                        &mut displacement,
-                        |part, change, boundary| {
-                            s.wall_forces[part] -= change * (mass / dt);
-                            report.contact_structure_work += mass * change.dot(&boundary);
-                        },
-                    );
-                    let to = at + displacement;
-                    lost |= (0..self.walls.parts.len()).any(|part| {
-                        let d = self.walls.surface_point(part, &to, true).distance;
-                        d < -0.5 * spacing && d > -3.0 * h
-                    });
-                }
-                report.contact_work += 0.5 * mass * (u.norm_squared() - before);
+            if !near_walls && near_structure.is_empty() {
+                continue;
             }
-            let carried = (accepted.velocities[a] + trial.velocities[a]) * (0.5 * dt);
-            report.displacement_work -= mass * self.properties.gravity.dot(&(displacement - carried));
-            let to = s.neighbourhood.period.wrap(at + displacement);
-            trial.positions[a] = to;
-            let (low, high) = &self.properties.domain;
-            let left = (0..D).any(|i| to[i] < low[i] || to[i] > high[i]);
+            let at = accepted.positions[a];
+            let (u, displacement) = (&mut trial.velocities[a], &mut displacements[a]);
+            let before = u.norm_squared();
+            let mut lost = false;
+            let nearest = contact::nearest_structure(
+                &at,
+                near_structure,
+                structure.positions,
+                &self.output.normals,
+                &self.interface_spacings,
+            );
+            if let Some((i, surface)) = nearest {
+                lost |= surface.distance < -0.5 * spacing;
+                let change = approach.limit(&surface, &structure.velocities[i], u, displacement);
+                s.contact_impulses[i] += change * mass;
+                report.contact_structure_work += mass * change.dot(&structure.velocities[i]);
+            }
+            if near_walls {
+                let reach = 2.0 * spacing;
+                contact::keep_off_walls(
+                    &approach,
+                    &self.walls,
+                    reach,
+                    &at,
+                    u,
+                    displacement,
+                    |part, change, boundary| {
+                        s.wall_forces[part] -= change * (mass / dt);
+                        report.contact_structure_work += mass * change.dot(&boundary);
+                    },
+                );
+                let to = at + *displacement;
+                lost |= (0..self.walls.parts.len()).any(|part| {
+                    let d = self.walls.surface_point(part, &to, true).distance;
+                    d < -0.5 * spacing && d > -3.0 * h
+                });
+            }
+            report.contact_work += 0.5 * mass * (u.norm_squared() - before);
+            s.keep[a] = !lost;
+        }
+        let gravity = self.properties.gravity;
+        report.displacement_work =
+            -mass * parallel::sum(trial.len(), |a| gravity.dot(&(displacements[a] - carried(a, trial))));
+        let (period, (low, high)) = (&s.neighbourhood.period, &self.properties.domain);
+        let moved = trial.positions.par_iter_mut().zip(&*displacements).with_min_len(ROWS);
+        moved.for_each(|(position, displacement)| *position = period.wrap(*position + displacement));
+        for (keep, position) in s.keep.iter_mut().zip(&trial.positions) {
+            let left = (0..D).any(|i| position[i] < low[i] || position[i] > high[i]);
             trial.left += u64::from(left);
-            trial.lost += u64::from(lost && !left);
-            s.keep[a] = !(left || lost);
+            trial.lost += u64::from(!*keep && !left);
+            *keep &= !left;
         }
         for (i, impulse) in s.contact_impulses.iter().enumerate() {
             self.output.pair_reactions[i] += impulse / (dt * self.interface.volumes[i]);
@@ -132,7 +145,10 @@ impl<const D: usize> Fluid<D> {
     ) -> Result<(), Error> {
         let remedy = "restart from an earlier state with a smaller Courant number";
         for (field, values) in [("velocity", &trial.velocities), ("position", &trial.positions)] {
-            if let Some(a) = values.iter().position(|v| !v.iter().all(|x| x.is_finite())) {
+            // A sum over all of them is quicker than to look at each, and not finite where one is not.
+            let sound = parallel::sum(values.len(), |a| values[a].sum()).is_finite();
+            let unsound = |v: &Vector<D>| !v.iter().all(|x| x.is_finite());
+            if let (false, Some(a)) = (sound, values.iter().position(unsound)) {
                 return Err(Error::NotFinite { field, particle: trial.ids[a] as usize, time, remedy });
             }
         }

@@ -10,9 +10,11 @@ use crate::preconditioner::PressurePreconditioner;
 use crate::pressure_operator::{self, OperatorScratch, PressureOperator};
 use crate::solver::Fluid;
 use crate::state::State;
-use crate::surface_offset;
 use rayon::prelude::*;
 use sph::{Vector, parallel};
+
+/// Particles that one task works through at least where one operation is done for each.
+const LIGHT_ROWS: usize = 4096;
 
 impl<const D: usize> Fluid<D> {
     pub(super) fn project_positions(
@@ -80,19 +82,16 @@ impl<const D: usize> Fluid<D> {
             &mut s.right,
         );
         s.right.par_iter_mut().with_min_len(ROWS).for_each(|b| *b *= -1.0 / dt);
-        s.known.clear();
-        s.known.resize(accepted.len(), 0.0);
         if self.options.surface_offset {
-            surface_offset::known_pressures(
-                &self.properties,
-                &s.surface,
-                &s.neighbourhood,
-                accepted,
-                &mut s.known,
-            );
+            let smoothing_length = self.kernel.smoothing_length();
+            s.outside.find((&self.properties, smoothing_length), &s.surface, &s.neighbourhood, accepted);
             s.known_image.resize(accepted.len(), 0.0);
-            a.apply(&s.known, &mut s.known_image, &mut s.operator);
-            s.right.iter_mut().zip(&s.known_image).for_each(|(b, known)| *b -= known);
+            a.apply(&s.outside.known, &mut s.known_image, &mut s.operator);
+            let drawn = s.known_image.par_iter().zip(&s.outside.drawn_to).zip(&s.terms.draw);
+            let right = s.right.par_iter_mut().zip(drawn).with_min_len(LIGHT_ROWS);
+            right.for_each(|(b, ((known, drawn_to), draw))| *b += draw * drawn_to - known);
+        } else {
+            s.outside.clear(accepted.len());
         }
         clear_known(&mut s.right, &s.surface.free);
         let p = &mut trial.pressures;
@@ -102,11 +101,18 @@ impl<const D: usize> Fluid<D> {
         remove_mean_if(s.surface.is_closed(), &mut s.right);
         report.pressure_solve = solve(&a, s.surface.is_closed(), &s.right, p, limits, memory);
         require(&report.pressure_solve, "pressure", time, limits)?;
+        if trial
+            .hierarchy
+            .as_mut()
+            .is_some_and(|hierarchy| !hierarchy.serves(report.pressure_solve.iterations))
+        {
+            trial.hierarchy = None;
+        }
         // An inexact solution can overshoot in energy; the multiple of it that is orthogonal to its residual cannot.
         let pb = parallel::sum(p.len(), |i| p[i] * s.right[i]);
         let pr = parallel::sum(p.len(), |i| p[i] * s.solver.residual()[i]);
         let scale = if pb > 0.0 && pb - pr > 0.0 { pb / (pb - pr) } else { 1.0 };
-        let both = p.par_iter_mut().zip(&s.known).with_min_len(ROWS);
+        let both = p.par_iter_mut().zip(&s.outside.known).with_min_len(ROWS);
         both.for_each(|(p, known)| *p = *p * scale + known);
         Ok(())
     }
@@ -120,7 +126,7 @@ fn solve<const D: usize>(
     right: &[f64],
     x: &mut [f64],
     limits: Limits,
-    memory: (&mut PressurePreconditioner, &mut OperatorScratch<D>, &mut conjugate_gradients::Scratch),
+    memory: (&mut PressurePreconditioner<D>, &mut OperatorScratch<D>, &mut conjugate_gradients::Scratch),
 ) -> Outcome {
     let (preconditioner, operator, solver) = memory;
     clear_known(x, a.free);
@@ -142,11 +148,11 @@ fn solve<const D: usize>(
 }
 
 fn clear_known(values: &mut [f64], free: &[bool]) {
-    for (value, free) in values.iter_mut().zip(free) {
+    values.par_iter_mut().zip(free).with_min_len(LIGHT_ROWS).for_each(|(value, free)| {
         if !free {
             *value = 0.0;
         }
-    }
+    });
 }
 
 /// Where no pressure is known, in a closed or periodic domain, it is known but for a constant: its mean is zero then, and so is that of the
@@ -154,7 +160,7 @@ fn clear_known(values: &mut [f64], free: &[bool]) {
 fn remove_mean_if(closed: bool, values: &mut [f64]) {
     if closed {
         let mean = parallel::sum(values.len(), |i| values[i]) / values.len() as f64;
-        values.iter_mut().for_each(|v| *v -= mean);
+        values.par_iter_mut().with_min_len(LIGHT_ROWS).for_each(|v| *v -= mean);
     }
 }
 
