@@ -82,40 +82,40 @@
 //!
 //! | µs a particle and step, one thread / two | 2,300 | 9,000 | 50,000 | 500,000 |
 //! |---|---|---|---|---|
-//! | tolerance 1e-3 | 1.39 / 1.24 | 1.27 / 0.75 | 1.63 / 0.95 | 1.35 / 0.69 |
-//! | its iterations, pressure and positions | 6.9, 1.7 | 6.6, 1.2 | 6.0, 1.1 | 2.0, 1.0 |
-//! | tolerance 1e-6 | 1.88 / 1.65 | 1.86 / 1.25 | 2.17 / 1.37 | 1.95 / 1.25 |
-//! | its iterations | 13.5, 1.8 | 13.0, 1.2 | 13.0, 1.2 | 9.0, 1.0 |
+//! | tolerance 1e-3 | 1.16 / 0.72 | 1.18 / 0.66 | 1.44 / 0.74 | 1.15 / 0.67 |
+//! | its iterations, pressure and positions | 6.9, 1.9 | 6.3, 1.2 | 6.0, 1.1 | 2.0, 1.0 |
+//! | tolerance 1e-6 | 1.50 / 0.96 | 1.59 / 0.89 | 2.05 / 1.05 | 1.98 / 1.03 |
+//! | its iterations | 13.3, 1.6 | 13.1, 1.2 | 13.0, 1.2 | 9.0, 1.0 |
+//! | memory (kB a particle) | 1.9 | 1.49 | 1.41 | 1.37 |
 //!
-//! A dam that has broken and splashed for 1.46 s (9,000 particles, 11.7 and 2.6 iterations) takes 1.93 / 1.06.
+//! A dam that has broken and splashed for 1.46 s (9,000 particles, 11.6 and 2.6 iterations) takes 1.80 / 0.99 and 1.55 kB. With other load on the second core
+//! two threads gain less: 1.1 to 1.5 at 2,300 particles instead of 1.6.
 //! At 50,000 particles and 1e-3, bandwidth counted as the example's `traffic` says:
 //!
 //! | stage | share | GB/s on one thread, two | two threads are faster by |
 //! |---|---|---|---|
-//! | neighbours, kernel sums, surface | 0.26 | 3.2, 5.2 | 1.59 |
-//! | assembly, hierarchy | 0.03 | 10.7, 17.7 | 1.65 |
-//! | position projection | 0.12 | 13.3, 24.2 | 1.83 |
-//! | prediction | 0.06 | 8.8, 15.9 | 1.81 |
-//! | pressure solve | 0.45 | 13.0, 23.5 | 1.81 |
-//! | velocity, loads | 0.04 | 15.3, 26.8 | 1.75 |
-//! | motion, accounts | 0.04 | 7.8, 11.8 | 1.50 |
-//! | whole | 1 | 10.0, 17.2 | 1.72 |
+//! | neighbours, kernel sums, surface | 0.26 | 3.7, 6.8 | 1.85 |
+//! | assembly, hierarchy | 0.03 | 14.2, 23.5 | 1.66 |
+//! | position projection | 0.12 | 14.7, 28.8 | 1.96 |
+//! | prediction | 0.05 | 11.2, 21.5 | 1.92 |
+//! | pressure solve | 0.48 | 13.9, 29.3 | 2.1 |
+//! | velocity, loads | 0.03 | 22.2, 42.0 | 1.89 |
+//! | motion, accounts | 0.03 | 11.5, 18.7 | 1.63 |
+//! | whole | 1 | 11.3, 22.1 | 1.96 |
 //!
-//! No stage comes near the copy bandwidth: at these sizes the caches hold much of what is gathered, and arithmetic and latency take the time. What runs
+//! No stage comes near the copy bandwidth on one thread: the caches hold much of what is gathered, and arithmetic and latency take the time. What runs
 //! on one thread whatever there are is 6 % of a step in which a hierarchy is made (9,000 particles: 1.9 % aggregates, 1.4 % surface, the rest in pieces), 4 % of one in
 //! which none is. What keeps two threads of small fluids from twice the speed is handing over: a step has about 200 passes, and a thread that has waited for
-//! 15 µs sleeps and takes that long to wake. Passes too short to share are not shared ([`multigrid`], [`conjugate_gradients`]).
+//! some 15 µs sleeps and takes longer than that to wake. Passes too short to share are not shared ([`multigrid`], [`conjugate_gradients`]).
 //!
-//! The hierarchy is kept while it serves ([`hierarchy`]): made 0.02 times a step in the collapsing column of 9,000, 0.38 times in the splashing dam, where it costs
-//! half an iteration; making it takes 0.16 µs a particle, an iteration 0.08.
-//!
-//! Memory is 1.41 kB a particle at 9,000, 1.28 at 50,000, 1.31 at 500,000 and 1.25 at two million, to which the memory of what the hierarchy was made of adds 0.02 to 0.03.
+//! The hierarchy is kept while it serves ([`hierarchy`]): made 0.2 times a step in the collapsing columns, 0.43 times in the splashing dam. Making it takes
+//! 0.16 µs a particle, an iteration 0.08.
 //!
 //! Neighbour lists are found anew each step and particles keep their order. The search is 8 % of a step, and a list with a skin would still have to be
 //! sifted for the pairs that are in reach: of the candidates, which are 2.9 times the pairs in the search's cells, a skin of 0.4 `h` leaves 1.4 times. It could save half of
 //! the search at most, and its order would depend on when it was made, which a restart would have to know. Sorting particles along a Morton curve makes a
 //! step of the splashing dam (9,000, 1.46 s after the start in the lattice's order) 4 to 6 % faster, that of a column near the lattice's order not at all, at 50,000 and at
-//! 500,000. Order matters when it is lost altogether: shuffled, 9,000 particles take 1.09 times as long, 50,000 twice, and 500,000 take 6.1 µs instead of 1.35. Runs of 500,000 that are
+//! 500,000. Order matters when it is lost altogether: shuffled, 9,000 particles take 1.09 times as long, 50,000 twice, and 500,000 take 6.1 µs instead of 1.35 (before their hierarchy was kept). Runs of 500,000 that are
 //! long enough to mix have not been made.
 //!
 //! Starting the solve from pressures extrapolated in time took 4.4 instead of 6.0 iterations while the column began to fall smoothly, and 15.0 instead of 13.2 once it had

@@ -101,11 +101,8 @@ impl<const D: usize> Fluid<D> {
         remove_mean_if(s.surface.is_closed(), &mut s.right);
         report.pressure_solve = solve(&a, s.surface.is_closed(), &s.right, p, limits, memory);
         require(&report.pressure_solve, "pressure", time, limits)?;
-        if trial
-            .hierarchy
-            .as_mut()
-            .is_some_and(|hierarchy| !hierarchy.serves(report.pressure_solve.iterations))
-        {
+        let iterations = report.pressure_solve.iterations + report.position_solve.iterations;
+        if trial.hierarchy.as_mut().is_some_and(|hierarchy| !hierarchy.serves(iterations)) {
             trial.hierarchy = None;
         }
         // An inexact solution can overshoot in energy; the multiple of it that is orthogonal to its residual cannot.
