@@ -17,6 +17,7 @@ fn main() -> ExitCode {
         Command::Structure(solver) => commands::participant::solver(&solver, interfaces::Role::Structure),
         Command::Mock(mock) => commands::participant::mock(&mock),
         Command::ExportFmu(export) => commands::export_fmu::export_fmu(&export),
+        Command::Bench(bench) => commands::bench::bench(&bench),
         Command::Schema => commands::schema::schema(),
     }
 }

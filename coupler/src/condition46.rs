@@ -19,6 +19,13 @@ pub struct Interface<'a> {
     pub position: &'a [f64],
     /// Velocities (m/s).
     pub velocity: &'a [f64],
+    /// What the fluid received; a fluid that does not tell is taken at its word: `R = g`.
+    pub reaction: Option<Reaction<'a>>,
+}
+
+/// What the fluid received, and along what.
+#[derive(Clone, Copy, Debug)]
+pub struct Reaction<'a> {
     /// Pair reactions `R` (Pa/m).
     pub pair_reaction: &'a [f64],
     /// Unit normals out of the structure, or zero.
@@ -51,34 +58,118 @@ pub struct Condition46 {
     pub after: Resultant,
 }
 
-/// Measures the condition for the load `pressure_gradient`, and enforces it there if told to.
-pub fn enforce(interface: &Interface, pressure_gradient: &mut [f64], enforced: bool) -> Condition46 {
-    let given = resultant(interface, interface.pair_reaction);
-    let before = resultant(interface, pressure_gradient);
-    let residual_before = residual(interface, pressure_gradient);
-    if enforced {
-        let d = interface.components;
-        for point in 0..interface.volume.len() {
-            let at = point * d..(point + 1) * d;
-            let normal = &interface.normal[at.clone()];
-            let load = &mut pressure_gradient[at.clone()];
-            let missing = dot(&interface.pair_reaction[at], normal) - dot(load, normal);
-            for (g, n) in load.iter_mut().zip(normal) {
-                *g += missing * n;
-            }
+/// Replaces the normal part of the load `g` by that of what the fluid received. Says whether there was anything to replace it by.
+pub fn enforce(interface: &Interface, load: &mut [f64]) -> bool {
+    let Some(Reaction { pair_reaction, normal }) = interface.reaction else { return false };
+    let d = interface.components;
+    for point in 0..interface.volume.len() {
+        let at = point * d..(point + 1) * d;
+        let normal = &normal[at.clone()];
+        let load = &mut load[at.clone()];
+        let missing = dot(&pair_reaction[at], normal) - dot(load, normal);
+        for (g, n) in load.iter_mut().zip(normal) {
+            *g += missing * n;
         }
     }
-    Condition46 {
-        residual_before,
-        residual_after: residual(interface, pressure_gradient),
-        given,
-        before,
-        after: resultant(interface, pressure_gradient),
+    true
+}
+
+/// Measures the condition for the load as `sent`, and as `passed` on; they are the same where it was not enforced. The second resultant is that of the
+/// load `applied`.
+pub fn measure(
+    interface: &Interface,
+    sent: &[f64],
+    passed: Option<&[f64]>,
+    applied: &[f64],
+) -> (Condition46, Resultant) {
+    let Some(reaction) = &interface.reaction else {
+        let [before, applied] = resultants(interface, [sent, applied]);
+        return (Condition46 { given: before, before, after: before, ..Condition46::default() }, applied);
+    };
+    let passed = passed.unwrap_or(sent);
+    let [before, after, given, applied] =
+        resultants(interface, [sent, passed, reaction.pair_reaction, applied]);
+    let residual = |load| residual(interface.components, interface.volume, reaction, load);
+    let (residual_before, residual_after) = (residual(sent), residual(passed));
+    (Condition46 { residual_before, residual_after, given, before, after }, applied)
+}
+
+/// Resultants of load fields `g` (Pa/m).
+pub fn resultants<const K: usize>(interface: &Interface, loads: [&[f64]; K]) -> [Resultant; K] {
+    match interface.components {
+        2 => resultants_in_plane(interface, loads),
+        _ => loads.map(|load| resultant_in_space(interface, load)),
     }
 }
 
-/// Resultants of the load field `g` (Pa/m).
-pub fn resultant(interface: &Interface, load: &[f64]) -> Resultant {
+/// Four points at once, in sums of their own, so that a machine that adds eight numbers at a time can.
+fn resultants_in_plane<const K: usize>(interface: &Interface, loads: [&[f64]; K]) -> [Resultant; K] {
+    let Interface { volume, position, velocity, .. } = *interface;
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let (volumes, last) = volume.as_chunks::<4>();
+            let blocks = |field| <[f64]>::as_chunks::<8>(field).0;
+            let (positions, velocities, fields) = (blocks(position), blocks(velocity), loads.map(blocks));
+            let mut sums = [Lanes::default(); K];
+            for (at, volume) in volumes.iter().enumerate() {
+                for (sums, field) in sums.iter_mut().zip(&fields) {
+                    sums.add(volume, &field[at], &positions[at], &velocities[at]);
+                }
+            }
+            // What is left of a block is a block with volumes of zero.
+            let mut volume = [0.0; 4];
+            volume[..last.len()].copy_from_slice(last);
+            let rest = |field: &[f64]| {
+                let mut block = [0.0; 8];
+                let rest = &field[8 * volumes.len()..];
+                block[..rest.len()].copy_from_slice(rest);
+                block
+            };
+            for (sums, load) in sums.iter_mut().zip(loads) {
+                sums.add(&volume, &rest(load), &rest(position), &rest(velocity));
+            }
+            sums.map(|sums| sums.resultant())
+        },
+    )
+}
+
+/// Sums over every fourth point, x and y in turn.
+#[derive(Clone, Copy, Default)]
+struct Lanes {
+    force: [f64; 8],
+    /// `x F_y` and `y F_x`.
+    moment: [f64; 8],
+    power: [f64; 8],
+}
+
+impl Lanes {
+    #[inline(always)]
+    fn add(&mut self, volume: &[f64; 4], load: &[f64; 8], position: &[f64; 8], velocity: &[f64; 8]) {
+        let mut pushed = [0.0; 8];
+        for i in 0..8 {
+            pushed[i] = -volume[i / 2] * load[i];
+            self.force[i] += pushed[i];
+            self.power[i] += pushed[i] * velocity[i];
+        }
+        for i in 0..8 {
+            self.moment[i] += position[i] * pushed[i ^ 1];
+        }
+    }
+
+    fn resultant(&self) -> Resultant {
+        let of = |lanes: &[f64; 8], axis: usize| {
+            (lanes[axis] + lanes[axis + 4]) + (lanes[axis + 2] + lanes[axis + 6])
+        };
+        Resultant {
+            force: [of(&self.force, 0), of(&self.force, 1), 0.0],
+            moment: [0.0, 0.0, of(&self.moment, 0) - of(&self.moment, 1)],
+            power: of(&self.power, 0) + of(&self.power, 1),
+        }
+    }
+}
+
+fn resultant_in_space(interface: &Interface, load: &[f64]) -> Resultant {
     let d = interface.components;
     let mut sum = Resultant::default();
     for (point, volume) in interface.volume.iter().enumerate() {
@@ -99,13 +190,12 @@ pub fn resultant(interface: &Interface, load: &[f64]) -> Resultant {
     sum
 }
 
-fn residual(interface: &Interface, load: &[f64]) -> f64 {
-    let d = interface.components;
+fn residual(components: usize, volume: &[f64], reaction: &Reaction, load: &[f64]) -> f64 {
     let (mut mismatch, mut scale) = (0.0, 0.0);
-    for (point, volume) in interface.volume.iter().enumerate() {
-        let at = point * d..(point + 1) * d;
-        let normal = &interface.normal[at.clone()];
-        let given = dot(&interface.pair_reaction[at.clone()], normal);
+    for (point, volume) in volume.iter().enumerate() {
+        let at = point * components..(point + 1) * components;
+        let normal = &reaction.normal[at.clone()];
+        let given = dot(&reaction.pair_reaction[at.clone()], normal);
         let received = dot(&load[at], normal);
         mismatch += volume * (received - given).powi(2);
         scale += volume * given * given;
@@ -133,14 +223,19 @@ mod tests {
             volume: &VOLUME,
             position: &POSITION,
             velocity: &VELOCITY,
-            pair_reaction: &REACTION,
-            normal: &NORMAL,
+            reaction: Some(Reaction { pair_reaction: &REACTION, normal: &NORMAL }),
         }
+    }
+
+    fn enforced(load: &mut [f64]) -> Condition46 {
+        let sent = load.to_vec();
+        assert!(enforce(&interface(), load));
+        measure(&interface(), &sent, Some(load), load).0
     }
 
     #[test]
     fn resultants_by_hand() {
-        let sum = resultant(&interface(), &REACTION);
+        let [sum] = resultants(&interface(), [&REACTION]);
         assert_eq!(sum.force, [-20.0, -2.0, 0.0]);
         // r × f: (0, 1) × (−20, 0) = 20; (3, 0) × (0, −2) = −6.
         assert_eq!(sum.moment, [0.0, 0.0, 14.0]);
@@ -150,7 +245,7 @@ mod tests {
     #[test]
     fn enforcing_mends_the_normal_part_and_keeps_the_tangential_one() {
         let mut load = [13.0, 7.0, -1.0, 4.0];
-        let found = enforce(&interface(), &mut load, true);
+        let found = enforced(&mut load);
         assert_eq!(load, [10.0, 7.0, -1.0, 4.0]);
         // √(2·3²) / √(2·10² + 0.5·4²)
         assert!((found.residual_before - (18.0f64 / 208.0).sqrt()).abs() < 1e-15);
@@ -162,11 +257,37 @@ mod tests {
 
     #[test]
     fn measuring_alone_changes_nothing_and_an_untouched_interface_has_no_residual() {
-        let mut load = [13.0, 7.0, -1.0, 4.0];
-        let found = enforce(&interface(), &mut load, false);
-        assert_eq!(load, [13.0, 7.0, -1.0, 4.0]);
-        assert_eq!(found.residual_before, found.residual_after);
-        let dry = Interface { pair_reaction: &[0.0; 4], ..interface() };
-        assert_eq!(enforce(&dry, &mut [0.0; 4], true).residual_before, 0.0);
+        let load = [13.0, 7.0, -1.0, 4.0];
+        let (found, applied) = measure(&interface(), &load, None, &load);
+        assert_eq!(applied, found.before);
+        assert_eq!((found.residual_before, found.before), (found.residual_after, found.after));
+        let dry = Reaction { pair_reaction: &[0.0; 4], normal: &NORMAL };
+        let dry = Interface { reaction: Some(dry), ..interface() };
+        assert_eq!(measure(&dry, &[0.0; 4], None, &[0.0; 4]).0.residual_before, 0.0);
+        let taciturn = Interface { reaction: None, ..interface() };
+        let (found, _) = measure(&taciturn, &load, None, &load);
+        assert_eq!((found.residual_before, found.given), (0.0, found.before));
+        assert!(!enforce(&taciturn, &mut [0.0; 4]));
+    }
+
+    /// Blocks of four points and what is left of them, against the plain sum: numbers of few bits, whose sums are exact in any order.
+    #[test]
+    fn points_by_four_are_as_points_one_by_one() {
+        for points in [1, 4, 7, 12, 13] {
+            let field = |seed: usize, length: usize| -> Vec<f64> {
+                (0..length).map(|i| ((i * 7 + seed) % 11) as f64 - 5.0).collect()
+            };
+            let (volume, position, velocity) = (field(1, points), field(2, 2 * points), field(3, 2 * points));
+            let interface = Interface {
+                components: 2,
+                volume: &volume,
+                position: &position,
+                velocity: &velocity,
+                reaction: None,
+            };
+            let loads = [field(4, 2 * points), field(5, 2 * points)];
+            let found = resultants_in_plane(&interface, [&loads[0], &loads[1]]);
+            assert_eq!(found, [0, 1].map(|k| resultant_in_space(&interface, &loads[k])));
+        }
     }
 }

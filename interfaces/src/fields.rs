@@ -80,10 +80,10 @@ impl Fields {
         self.ports.iter().zip(self.arrays.iter_mut().map(Vec::as_mut_slice))
     }
 
-    /// Copies from `other` every field whose name stands on both sides and that `exchange` admits; lengths must agree.
-    pub fn copy_from(&mut self, other: &Self, exchange: impl Fn(Exchange) -> bool) -> Result<(), FieldError> {
+    /// Copies from `other` every field whose name stands on both sides and whose port is `wanted`; lengths must agree.
+    pub fn copy_from(&mut self, other: &Self, wanted: impl Fn(&Port) -> bool) -> Result<(), FieldError> {
         for (port, array) in self.ports.iter().zip(&mut self.arrays) {
-            if !exchange(port.exchange) {
+            if !wanted(port) {
                 continue;
             }
             if let Some(source) = other.get(&port.name) {
@@ -135,12 +135,27 @@ pub fn wrong_length(port: &Port, found: usize) -> FieldError {
     }
 }
 
+/// `values ← (1 − fraction) start + fraction end`: what a field that goes linearly over a window is at that fraction of it. All are of one length.
+pub fn interpolate(start: &[f64], end: &[f64], fraction: f64, values: &mut [f64]) {
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for ((value, start), end) in values.iter_mut().zip(start).zip(end) {
+                *value = start + fraction * (end - start);
+            }
+        },
+    );
+}
+
 /// Whether no value is infinite or not a number. Those have an exponent with all bits set, and adding one to it carries into the sign's
 /// place. Without a branch for each value it runs at the speed of memory, which matters: every field is checked wherever it crosses.
 fn all_finite(array: &[f64]) -> bool {
     const EXPONENT: u64 = f64::INFINITY.to_bits();
     const ONE: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
-    array.iter().fold(0, |found, value| found | ((value.to_bits() & EXPONENT) + ONE)) >> 63 == 0
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || array.iter().fold(0, |found, value| found | ((value.to_bits() & EXPONENT) + ONE)) >> 63 == 0,
+    )
 }
 
 fn length(port: &Port) -> usize {

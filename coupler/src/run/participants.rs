@@ -1,15 +1,17 @@
 //! The participants of a run: in this process, started as processes, or waited for.
 
-use super::{ByRole, CASE, Options, RunError, guarded};
+use super::{ByRole, CASE, Options, RunError};
 use crate::launch::{self, Child};
+use crate::mapped::{Filling, Mapped};
 use crate::schemes::SchemeError;
 use crate::side::{Side, SideError};
+use crate::timing::Timing;
 use interfaces::case::Case;
 use interfaces::case::resolved::Start;
 use interfaces::transport::Alive;
 use interfaces::{
-    Address, Deadlines, Expectations, Participant, ParticipantError, RemoteParticipant, Role, new_run,
-    remove_stale,
+    Address, Deadlines, Expectations, Guarded, Participant, ParticipantError, RemoteParticipant, Role,
+    new_run, remove_stale,
 };
 use output::summary::{RoleUse, Summary};
 use std::cell::RefCell;
@@ -34,8 +36,9 @@ const GRACE: Duration = Duration::from_millis(1500);
 const BY_HAND: Duration = Duration::from_secs(600);
 
 /// The participants of a run, and the processes behind them.
-#[derive(Default)]
 pub struct Participants {
+    /// The clock of the run.
+    pub(crate) timing: Timing,
     sides: ByRole<Side>,
     children: ByRole<Rc<RefCell<Child>>>,
     /// An address of the run, where it has any.
@@ -43,6 +46,11 @@ pub struct Participants {
 }
 
 impl Participants {
+    /// None yet.
+    pub fn new(timing: Timing) -> Self {
+        Self { timing, sides: ByRole::new(), children: ByRole::new(), address: None }
+    }
+
     /// Makes or starts all participants of the case, and waits until each was heard of. Whatever comes of it, [`Participants::end`] ends those
     /// that were started.
     pub fn start(&mut self, case: &Case, options: &Options, solvers: &Solvers) -> Result<(), RunError> {
@@ -55,7 +63,8 @@ impl Participants {
         if options.in_process {
             for (role, _) in starts {
                 let made = (solvers.in_process)(role).map_err(|e| failed(role, "while starting", e))?;
-                self.sides.insert(role, Side::new(guarded(made)));
+                let side = self.side(case, made)?;
+                self.sides.insert(role, side);
             }
             return Ok(());
         }
@@ -85,9 +94,31 @@ impl Participants {
         for (role, _, _, open) in listening {
             let remote =
                 open.wait_for_hello(self.alive(role)).map_err(|e| failed(role, "while shaking hands", e))?;
-            self.sides.insert(role, Side::new(guarded(Box::new(remote))));
+            let side = self.side(case, Box::new(remote))?;
+            self.sides.insert(role, side);
         }
         Ok(())
+    }
+
+    /// A participant behind the table of legal calls, timed; a structure with points of its own behind its mapping.
+    fn side(&self, case: &Case, participant: Box<dyn Participant>) -> Result<Side, RunError> {
+        let timed = self.timing.timed(Guarded::new(participant));
+        let mapping = case.coupling.as_ref().and_then(|coupling| coupling.mapping.as_ref());
+        Ok(match mapping {
+            Some(mapping) if timed.describe().role == Role::Structure => {
+                let filling = Filling::of(case, mapping.spacing);
+                let mapped = Mapped::new(timed, mapping.clone(), filling, self.timing.announce());
+                let mapped = mapped.map_err(|e| failed(Role::Structure, "while shaking hands", e))?;
+                // What a mapping makes of finite fields is checked again before it is passed on.
+                Side::new(Box::new(Guarded::new(mapped)))
+            }
+            _ => Side::new(Box::new(timed)),
+        })
+    }
+
+    /// Processor time of all processes that were started (s).
+    pub(crate) fn cpu_seconds(&self) -> f64 {
+        self.children.values().map(|child| child.borrow().cpu_seconds()).sum()
     }
 
     /// Hands over the side of that role, if the case has it.

@@ -35,7 +35,10 @@ impl Scheme {
         let (relaxation, enforce) = (coupling.relaxation, coupling.enforce_condition_46);
         let implicit = |parallel| Self::Implicit(Box::new(Implicit::of(coupling, parallel)));
         match coupling.scheme {
-            CouplingScheme::SerialExplicit => Self::SerialExplicit(SerialExplicit { relaxation, enforce }),
+            CouplingScheme::SerialExplicit => {
+                let predict = coupling.prediction.unwrap_or(true);
+                Self::SerialExplicit(SerialExplicit { relaxation, enforce, predict })
+            }
             CouplingScheme::ParallelExplicit => {
                 Self::ParallelExplicit(ParallelExplicit { relaxation, enforce })
             }
@@ -129,11 +132,4 @@ pub enum SchemeError {
     /// The two sides do not fit together.
     #[error("fluid and structure do not fit together:\n  {}", .0.join("\n  "))]
     Mismatch(Vec<String>),
-}
-
-/// `held ← r new + (1 − r) held`.
-fn relax(held: &mut [f64], new: &[f64], r: f64) {
-    for (held, new) in held.iter_mut().zip(new) {
-        *held = r * new + (1.0 - r) * *held;
-    }
 }

@@ -1,12 +1,18 @@
 //! A fluid and a structure with what passes between them: the steps of which the coupling schemes are made.
 
 use super::SchemeError;
-use crate::condition46::{self, Condition46, Interface, Resultant};
+use crate::condition46::{self, Condition46, Interface, Reaction, Resultant};
 use crate::convergence::Residual;
+use crate::flat;
+use crate::phase::{Announce, Phase};
+use crate::schedule::Schedule;
 use crate::side::Side;
-use interfaces::case::coupling::StructureVelocity;
+use crate::steady_state::SteadyState;
+use interfaces::case::coupling::{
+    LoadInWindow, SteadyQuantity, SteadyState as SteadyChoice, StructureVelocity,
+};
 use interfaces::port::names;
-use interfaces::{Exchange, Fields, Role, TimeWindow};
+use interfaces::{Fields, Role, TimeWindow};
 
 /// A fluid and a structure whose fields were paired and initialised.
 pub struct Pair {
@@ -22,10 +28,22 @@ pub struct Pair {
     pub new_velocity: Vec<f64>,
     /// What each iteration of the window at hand left; empty with an explicit scheme.
     pub residuals: Vec<Residual>,
+    /// What the structure's sub-steps see of the load, where the structure asks for its value at a window's start.
+    pub load_in_window: LoadInWindow,
+    /// Who hears what the coupler is at.
+    pub announce: Announce,
+    /// Why the run ends before its end time, once it does.
+    pub ending: Option<String>,
+    /// Whether condition (46) was enforced on it.
+    enforced: bool,
     /// Which velocity over the window that is.
     structure_velocity: StructureVelocity,
-    /// The structure's motion at the last accepted time.
-    accepted_motion: Fields,
+    /// The load at the last accepted time (Pa/m).
+    accepted_load: Vec<f64>,
+    /// The steady state to end at.
+    steady_state: Option<SteadyState>,
+    /// The structure's position at the last accepted time (m), if it gives any.
+    accepted_position: Option<Vec<f64>>,
     /// Reference volume of the interface particles (m³).
     volume: Vec<f64>,
     /// What stands in for a vector field that a participant does not give.
@@ -48,7 +66,7 @@ impl Pair {
         let points = structure.points().or(fluid.points()).unwrap_or(0);
         structure.initialize(time, points, None)?;
         fluid.initialize(time, points, Some(&structure.outputs))?;
-        let accepted_motion = structure.outputs.clone();
+        let accepted_position = structure.outputs.get(names::POSITION).map(<[f64]>::to_vec);
         let volume =
             structure.outputs.get(names::REFERENCE_VOLUME).map_or_else(|| vec![1.0; points], <[f64]>::to_vec);
         let zeros = vec![0.0; points * structure.describe().dimension];
@@ -58,14 +76,25 @@ impl Pair {
             fluid,
             structure,
             new_load: load.clone(),
+            accepted_load: load.clone(),
             load,
             new_velocity,
             residuals: Vec::new(),
+            load_in_window: LoadInWindow::Held,
+            announce: Announce::nobody(),
+            ending: None,
+            steady_state: None,
+            enforced: false,
             structure_velocity,
-            accepted_motion,
+            accepted_position,
             volume,
             zeros,
         })
+    }
+
+    /// Ends the run at this steady state.
+    pub fn end_when_steady(&mut self, choice: SteadyChoice) {
+        self.steady_state = Some(SteadyState::new(choice, |quantity| quantity_at(quantity, self)));
     }
 
     /// The largest window that both sides allow (s).
@@ -90,8 +119,14 @@ impl Pair {
 
     /// Starts the structure under [`load`](Self::load).
     pub fn start_structure(&mut self, window: &TimeWindow) -> Result<(), SchemeError> {
-        self.structure.receive(&self.fluid.outputs);
+        const WRITTEN: [&str; 2] = [names::PRESSURE_GRADIENT, names::START_PRESSURE_GRADIENT];
+        self.structure.receive(&self.fluid.outputs, &WRITTEN);
         set(&mut self.structure.inputs, names::PRESSURE_GRADIENT, &self.load);
+        let start = match self.load_in_window {
+            LoadInWindow::Held => &self.load,
+            LoadInWindow::Linear => &self.accepted_load,
+        };
+        set(&mut self.structure.inputs, names::START_PRESSURE_GRADIENT, start);
         Ok(self.structure.start(window)?)
     }
 
@@ -99,12 +134,10 @@ impl Pair {
     pub fn finish_structure(&mut self, window: &TimeWindow) -> Result<(), SchemeError> {
         self.structure.finish(window)?;
         let motion = &self.structure.outputs;
-        let positions = [&self.accepted_motion, motion].map(|motion| motion.get(names::POSITION));
-        match (self.structure_velocity, positions) {
-            (StructureVelocity::Mean, [Some(start), Some(end)]) => {
-                for ((mean, start), end) in self.new_velocity.iter_mut().zip(start).zip(end) {
-                    *mean = (end - start) / window.size;
-                }
+        let end = motion.get(names::POSITION);
+        match (self.structure_velocity, &self.accepted_position, end) {
+            (StructureVelocity::Mean, Some(start), Some(end)) => {
+                flat::mean_rate(&mut self.new_velocity, start, end, window.size);
             }
             _ => self.new_velocity.copy_from_slice(motion.get(names::VELOCITY).unwrap_or(&self.zeros)),
         }
@@ -113,8 +146,9 @@ impl Pair {
 
     /// Starts the fluid against the structure's accepted position, that `velocity` (m/s), and the load of which the motion came.
     pub fn start_fluid(&mut self, window: &TimeWindow, velocity: &[f64]) -> Result<(), SchemeError> {
-        self.fluid.receive(&self.structure.outputs);
-        if let Some(start) = self.accepted_motion.get(names::POSITION) {
+        const WRITTEN: [&str; 3] = [names::POSITION, names::VELOCITY, names::HELD_PRESSURE_GRADIENT];
+        self.fluid.receive(&self.structure.outputs, &WRITTEN);
+        if let Some(start) = &self.accepted_position {
             set(&mut self.fluid.inputs, names::POSITION, start);
         }
         set(&mut self.fluid.inputs, names::VELOCITY, velocity);
@@ -127,30 +161,68 @@ impl Pair {
         Ok(self.fluid.finish(window)?)
     }
 
-    /// Condition (46) on what the fluid gave last: measured, and enforced if told to. [`new_load`](Self::new_load) is the outcome.
-    pub fn condition46(&mut self, enforced: bool) -> Condition46 {
-        let Self { fluid, structure, volume, new_load, zeros, .. } = self;
-        let sent = fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(zeros);
-        new_load.copy_from_slice(sent);
-        condition46::enforce(&interface(fluid, structure, volume, zeros), new_load, enforced)
+    /// Takes the load that the fluid gave last, and enforces condition (46) on it if told to. [`new_load`](Self::new_load) is the outcome.
+    pub fn take_load(&mut self, enforced: bool) {
+        let Self { fluid, structure, volume, new_load, zeros, announce, enforced: was_enforced, .. } = self;
+        announce.during(Phase::Condition46, || {
+            let sent = fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(zeros);
+            new_load.copy_from_slice(sent);
+            *was_enforced =
+                enforced && condition46::enforce(&interface(fluid, structure, volume, zeros), new_load);
+        });
     }
 
-    /// Resultant of [`load`](Self::load) with the structure's last motion.
-    pub fn applied(&self) -> Resultant {
-        condition46::resultant(
-            &interface(&self.fluid, &self.structure, &self.volume, &self.zeros),
-            &self.load,
-        )
+    /// Condition (46) on what the fluid gave last, and the resultant of [`load`](Self::load), both with the structure's last motion.
+    pub fn condition46(&self) -> (Condition46, Resultant) {
+        self.announce.during(Phase::Condition46, || {
+            let interface = interface(&self.fluid, &self.structure, &self.volume, &self.zeros);
+            let sent = self.fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(&self.zeros);
+            let passed = self.enforced.then_some(self.new_load.as_slice());
+            condition46::measure(&interface, sent, passed, &self.load)
+        })
     }
 
-    /// Makes the last solution of both final.
-    pub fn accept(&mut self, window: &TimeWindow, output: Option<u64>) -> Result<(), SchemeError> {
+    /// Makes the last solution of both final, and moves the schedule on. Gives the number of the output due at its end, if one is. The schedule ends there
+    /// where a participant asks for it or the state is steady; [`ending`](Self::ending) then says why.
+    pub fn accept(
+        &mut self,
+        window: &TimeWindow,
+        schedule: &mut Schedule,
+    ) -> Result<Option<u64>, SchemeError> {
+        self.ending = self.reason_to_end(window);
+        let output =
+            if self.ending.is_some() { schedule.accept_last(window) } else { schedule.accept(window) };
         self.fluid.accept(window, output)?;
         self.structure.accept(window, output)?;
-        self.accepted_motion
-            .copy_from(&self.structure.outputs, |e| e == Exchange::EveryWindow)
-            .expect("a copy of the same fields");
-        Ok(())
+        let position = self.structure.outputs.get(names::POSITION);
+        if let (Some(accepted), Some(position)) = (&mut self.accepted_position, position) {
+            accepted.copy_from_slice(position);
+        }
+        if self.load_in_window == LoadInWindow::Linear {
+            self.accepted_load.copy_from_slice(&self.load);
+        }
+        Ok(output)
+    }
+
+    fn reason_to_end(&mut self, window: &TimeWindow) -> Option<String> {
+        let steady = self.steady_state.take().and_then(|mut steady_state| {
+            let reason =
+                steady_state.observe(window.start, window.size, |quantity| quantity_at(quantity, self));
+            self.steady_state = Some(steady_state);
+            reason
+        });
+        let asked = [&self.fluid, &self.structure].into_iter().find(|side| side.asks_for_end());
+        asked.map(|side| format!("the {} asked for it", side.role())).or(steady)
+    }
+}
+
+/// The quantity as it stands on the structure's points.
+fn quantity_at(quantity: SteadyQuantity, pair: &Pair) -> &[f64] {
+    let motion = |name| pair.structure.outputs.get(name).unwrap_or(&pair.zeros);
+    match quantity {
+        SteadyQuantity::Position => motion(names::POSITION),
+        SteadyQuantity::Velocity => motion(names::VELOCITY),
+        SteadyQuantity::Load => &pair.load,
     }
 }
 
@@ -161,12 +233,10 @@ fn interface<'a>(fluid: &'a Side, structure: &'a Side, volume: &'a [f64], zeros:
         volume,
         position: motion.get(names::POSITION).unwrap_or(zeros),
         velocity: motion.get(names::VELOCITY).unwrap_or(zeros),
-        // A fluid that tells no pair reaction is taken at its word: what it sends is what it received.
-        pair_reaction: given
+        reaction: given
             .get(names::PAIR_REACTION)
-            .or_else(|| given.get(names::PRESSURE_GRADIENT))
-            .unwrap_or(zeros),
-        normal: given.get(names::NORMAL).unwrap_or(zeros),
+            .zip(given.get(names::NORMAL))
+            .map(|(pair_reaction, normal)| Reaction { pair_reaction, normal }),
     }
 }
 

@@ -1,6 +1,7 @@
 //! What an exported unit carries in `resources/`: the case as resolved, and the points of a reduced interface.
 
 use interfaces::case::Case;
+use interfaces::case::coupling::LoadInWindow;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::path::Path;
@@ -60,6 +61,11 @@ pub enum ResourceError {
 impl Resources {
     /// Of a case and, for a reduced interface, its points.
     pub fn new(case: &Case, points: Option<Points>) -> Self {
+        let mut case = case.clone();
+        if let Some(coupling) = &mut case.coupling {
+            // An importer sets the load of a step, not what it was at the step's start.
+            coupling.load_in_window = LoadInWindow::Held;
+        }
         Self { case: case.to_toml(), points }
     }
 
