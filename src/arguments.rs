@@ -38,6 +38,9 @@ pub enum Command {
     Structure(Solver),
     /// Serve a mock partner to a coupler
     Mock(Mock),
+    /// Measure what the coupling itself takes
+    #[command(subcommand)]
+    Bench(Bench),
     /// Print the JSON schema of case files, for editors
     Schema,
 }
@@ -70,6 +73,9 @@ pub struct Run {
     /// Show no progress
     #[arg(long)]
     pub quiet: bool,
+    /// Write trace.json: who computed, waited, mapped and sent, when; for ui.perfetto.dev or chrome://tracing
+    #[arg(long)]
+    pub trace: bool,
     /// Do not make the report at the end
     #[arg(long)]
     pub no_report: bool,
@@ -151,4 +157,52 @@ pub struct Mock {
     /// The run.
     #[command(flatten)]
     pub join: Join,
+}
+
+/// `meniscus bench`.
+#[derive(Subcommand)]
+pub enum Bench {
+    /// Time of a window whose participants do nothing, beside the raw transfer of the same messages
+    Exchange(Exchange),
+    /// The other end of a raw transfer (started by `bench exchange`)
+    #[command(hide = true)]
+    Echo(Echo),
+}
+
+/// `meniscus bench exchange`.
+#[derive(Args)]
+pub struct Exchange {
+    /// Numbers of interface points
+    #[arg(default_values_t = [100, 1_000, 10_000, 100_000])]
+    pub points: Vec<usize>,
+    /// Windows a measurement [default: about a second of them]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..))]
+    pub windows: Option<u64>,
+    /// Prefix of everything in shared memory
+    #[arg(long, env = "MENISCUS_DOMAIN", value_name = "NAME", hide = true)]
+    pub domain: Option<String>,
+}
+
+/// `meniscus bench echo`.
+#[derive(Args)]
+pub struct Echo {
+    /// Role of the end
+    #[arg(value_enum)]
+    pub role: Side,
+    /// Doubles of a message taken
+    pub taken: usize,
+    /// Doubles of a message given
+    pub given: usize,
+    /// The run to join
+    #[arg(long)]
+    pub run: String,
+}
+
+/// A side of the coupling.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Side {
+    /// The fluid
+    Fluid,
+    /// The structure
+    Structure,
 }

@@ -16,6 +16,7 @@ fn main() -> ExitCode {
         Command::Fluid(solver) => commands::participant::solver(&solver, interfaces::Role::Fluid),
         Command::Structure(solver) => commands::participant::solver(&solver, interfaces::Role::Structure),
         Command::Mock(mock) => commands::participant::mock(&mock),
+        Command::Bench(bench) => commands::bench::bench(&bench),
         Command::Schema => commands::schema::schema(),
     }
 }

@@ -73,6 +73,11 @@ impl Child {
         self.peak_memory_bytes
     }
 
+    /// Processor time of the process so far (s).
+    pub fn cpu_seconds(&self) -> f64 {
+        cpu_seconds(Some(self.process.id()))
+    }
+
     /// Lets the process end by itself until `deadline`, and kills it then.
     pub fn end(&mut self, deadline: Instant) {
         while matches!(self.process.try_wait(), Ok(None)) && Instant::now() < deadline {
@@ -116,6 +121,23 @@ pub fn peak_memory_bytes(process: Option<u32>) -> u64 {
         line.trim().trim_end_matches("kB").trim().parse::<u64>().ok()
     });
     kilobytes.unwrap_or(0) * 1024
+}
+
+/// Makes the largest resident memory of this process what it is now, where the system can.
+pub fn forget_peak_memory() {
+    // Where it cannot, a later reading is that of an earlier peak: too much, and never too little.
+    let _ = fs::write("/proc/self/clear_refs", "5");
+}
+
+/// Processor time of all threads of a process, or of this one, so far (s); zero where the system does not tell.
+pub fn cpu_seconds(process: Option<u32>) -> f64 {
+    let folder = process.map_or("/proc/self/task".to_owned(), |id| format!("/proc/{id}/task"));
+    let Ok(threads) = fs::read_dir(folder) else { return 0.0 };
+    let nanoseconds = |thread: fs::DirEntry| -> Option<u64> {
+        let text = fs::read_to_string(thread.path().join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse().ok()
+    };
+    1e-9 * threads.flatten().filter_map(nanoseconds).sum::<u64>() as f64
 }
 
 fn describe(status: ExitStatus) -> String {

@@ -5,13 +5,18 @@
 //! motion and forces between point sets that do not match.
 
 pub mod acceleration;
+pub mod bench;
 pub mod condition46;
 pub mod convergence;
 pub mod launch;
 pub mod mapping;
+pub mod phase;
 pub mod progress;
 pub mod records;
 pub mod run;
 pub mod schedule;
 pub mod schemes;
 pub mod side;
+pub mod steady_state;
+pub mod timing;
+pub mod trace;

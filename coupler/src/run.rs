@@ -1,13 +1,16 @@
 //! A run from case to summary: participants, coupling, records. Start at [`run`].
 
+use crate::phase::Phase;
 use crate::records::Records;
 use crate::schedule::Schedule;
 use crate::schemes::{Accepted, Onward, Pair, Scheme, SchemeError, alone};
 use crate::side::{Side, SideError};
+use crate::timing::Timing;
+use crate::trace::{TRACE, Trace};
 use crate::{launch, progress::Progress};
 use interfaces::case::Case;
 use interfaces::case::resolved::Start;
-use interfaces::{Participant, ParticipantError, Role, SubSteps, pairing};
+use interfaces::{ParticipantError, Role, SubSteps, pairing};
 use output::summary::{RoleUse, Status, Summary};
 use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
@@ -17,7 +20,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use thiserror::Error;
 
-mod participants;
+pub(crate) mod participants;
 
 use participants::Participants;
 pub use participants::{Build, Solvers, participant_deadlines};
@@ -30,6 +33,8 @@ pub struct Options {
     pub in_process: bool,
     /// Whether nothing is drawn on the terminal.
     pub quiet: bool,
+    /// Whether a trace is written.
+    pub trace: bool,
     /// Domain of shared memory, where it is not the usual one.
     pub domain: Option<String>,
     /// Becomes true when the run is told to stop.
@@ -108,6 +113,7 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
         use_of.share = use_of.compute_seconds / summary.wall_seconds;
     }
     (summary.status, summary.message) = match &result {
+        Ok(()) if summary.message.is_some() => (Status::Completed, summary.message.take()),
         Ok(()) if summary.simulated_seconds < case.general.end_time => {
             (Status::Interrupted, Some("the run was told to stop".to_owned()))
         }
@@ -129,12 +135,76 @@ pub fn threads(case: &Case) -> usize {
 
 /// From participants to records; what is known at the end is put into the summary, also after a failure.
 fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summary) -> Result<(), RunError> {
-    let mut participants = Participants::default();
+    let trace = options.trace.then(|| Trace::create(&options.out.join(TRACE))).transpose()?;
+    let timing = Timing::new(trace);
+    let mut participants = Participants::new(timing.clone());
     let result = participants
         .start(case, options, solvers)
         .and_then(|()| windows(case, options, &mut participants, summary));
     participants.end(summary, result.as_ref().err().is_none_or(RunError::is_interruption));
-    result
+    let coupler = summary.roles.entry("coupler".to_owned()).or_default();
+    for (phase, seconds) in timing.seconds() {
+        coupler.extra.insert(format!("{}_seconds", phase.key()), seconds.into());
+    }
+    result.and(timing.end().map_err(RunError::from))
+}
+
+/// A fluid and a structure ready for their first window, with what keeps their time and records.
+pub(crate) struct Coupled {
+    pub(crate) pair: Pair,
+    pub(crate) schedule: Schedule,
+    pub(crate) records: Records,
+    timing: Timing,
+}
+
+impl Coupled {
+    /// Initialises both participants of a case of both sides.
+    pub(crate) fn initialize(
+        case: &Case,
+        options: &Options,
+        participants: &mut Participants,
+    ) -> Result<Self, RunError> {
+        let coupling = case.coupling.as_ref().expect("a case of both sides has a coupling");
+        let mut taken = |role| participants.take(role).expect("a case of both sides starts both");
+        let (fluid, structure) = (taken(Role::Fluid), taken(Role::Structure));
+        fit(&structure, &fluid)?;
+        let timing = participants.timing.clone();
+        let schedule = schedule(case);
+        let mut pair = Pair::initialize(fluid, structure, schedule.time(), coupling.structure_velocity)?;
+        pair.announce = timing.announce();
+        pair.load_in_window = coupling.load_in_window;
+        if let Some(steady_state) = &coupling.steady_state {
+            pair.end_when_steady(steady_state.clone());
+        }
+        let sides = [&pair.fluid, &pair.structure];
+        let mut records = Records::create(&options.out, &sides, schedule.time())?;
+        if coupling.scheme.is_implicit() {
+            records.record_iterations()?;
+        }
+        Ok(Self { pair, schedule, records, timing })
+    }
+
+    /// Solves all windows; `heard` is told of each when it is recorded.
+    pub(crate) fn run(
+        &mut self,
+        case: &Case,
+        mut heard: impl FnMut(&Accepted, &Pair) -> Onward,
+    ) -> Result<(), SchemeError> {
+        let Self { pair, schedule, records, timing } = self;
+        let announce = timing.announce();
+        Scheme::of(case.coupling.as_ref().expect("a case of both sides has a coupling")).run(
+            pair,
+            schedule,
+            |accepted, pair| {
+                announce.during(Phase::Records, || {
+                    let sides = [&pair.fluid, &pair.structure];
+                    records.iterations(&accepted.window, &pair.residuals).map_err(unrecorded(accepted))?;
+                    records.window(accepted, &sides).map_err(unrecorded(accepted))
+                })?;
+                Ok(heard(accepted, pair))
+            },
+        )
+    }
 }
 
 /// Initialises the participants and solves all windows.
@@ -144,44 +214,40 @@ fn windows(
     participants: &mut Participants,
     summary: &mut Summary,
 ) -> Result<(), RunError> {
-    let mut schedule = schedule(case);
     let started = Instant::now();
-    let mut progress = Progress::new(schedule.time(), case.general.end_time, options.quiet);
+    let mut progress = Progress::new(0.0, case.general.end_time, options.quiet);
     let stop = || options.stop.load(Ordering::Relaxed);
     let onward = || if stop() { Onward::Stop } else { Onward::Continue };
 
-    let (result, sums) = match (participants.take(Role::Fluid), participants.take(Role::Structure)) {
-        (Some(fluid), Some(structure)) => {
-            fit(&structure, &fluid)?;
-            let coupling = case.coupling.as_ref().expect("a case of both sides has a coupling");
-            let mut scheme = Scheme::of(coupling);
-            let mut pair = Pair::initialize(fluid, structure, schedule.time(), coupling.structure_velocity)?;
-            let sides = [&pair.fluid, &pair.structure];
-            let mut records = Records::create(&options.out, &sides, schedule.time())?;
-            if coupling.scheme.is_implicit() {
-                records.record_iterations()?;
-            }
-            let result = scheme.run(&mut pair, &mut schedule, |accepted, pair| {
-                let sides = [&pair.fluid, &pair.structure];
-                records.iterations(&accepted.window, &pair.residuals).map_err(unrecorded(accepted))?;
-                record(&mut records, &mut progress, participants, accepted, &sides)?;
-                Ok(onward())
-            });
-            let sums = records.balances()?;
-            (end([&mut pair.fluid, &mut pair.structure], result, summary), sums)
-        }
-        (Some(mut side), None) | (None, Some(mut side)) => {
-            let points = side.points().unwrap_or(0);
-            side.initialize(schedule.time(), points, None)?;
-            let mut records = Records::create(&options.out, &[&side], schedule.time())?;
-            let result = alone::run(&mut side, &mut schedule, |accepted, side| {
-                record(&mut records, &mut progress, participants, accepted, &[side])?;
-                Ok(onward())
-            });
-            let sums = records.balances()?;
-            (end([&mut side], result, summary), sums)
-        }
-        (None, None) => unreachable!("a checked case has a fluid or a structure"),
+    let (result, sums, schedule) = if case.coupling.is_some() {
+        let mut coupled = Coupled::initialize(case, options, participants)?;
+        let result = coupled.run(case, |accepted, pair| {
+            progress_to(&mut progress, participants, accepted, &[&pair.fluid, &pair.structure]);
+            onward()
+        });
+        let Coupled { mut pair, schedule, mut records, .. } = coupled;
+        let sums = records.balances()?;
+        summary.message = pair.ending.take().filter(|_| result.is_ok());
+        (end([&mut pair.fluid, &mut pair.structure], result, summary), sums, schedule)
+    } else {
+        let mut schedule = schedule(case);
+        let role = if case.fluid.is_some() { Role::Fluid } else { Role::Structure };
+        let mut side = participants.take(role).expect("a checked case has a fluid or a structure");
+        let points = side.points().unwrap_or(0);
+        side.initialize(schedule.time(), points, None)?;
+        let mut records = Records::create(&options.out, &[&side], schedule.time())?;
+        let announce = participants.timing.announce();
+        let result = alone::run(&mut side, &mut schedule, |accepted, side| {
+            announce
+                .during(Phase::Records, || records.window(accepted, &[side]))
+                .map_err(unrecorded(accepted))?;
+            progress_to(&mut progress, participants, accepted, &[side]);
+            Ok(onward())
+        });
+        let sums = records.balances()?;
+        summary.message =
+            (result.is_ok() && side.asks_for_end()).then(|| format!("the {} asked for it", side.role()));
+        (end([&mut side], result, summary), sums, schedule)
     };
     progress.end();
     for role in summary.roles.values_mut() {
@@ -189,24 +255,25 @@ fn windows(
     }
     summary.windows = schedule.windows();
     summary.simulated_seconds = schedule.time();
+    if summary.simulated_seconds >= case.general.end_time {
+        // Who asks for the end at the end only gets what the case had said.
+        summary.message = None;
+    }
     (summary.balances, summary.condition_46) = (sums.balances, sums.condition_46);
     (summary.fluid, summary.probes, summary.iterations) = (sums.fluid, sums.probes, sums.iterations);
     Ok(result?)
 }
 
-fn record(
-    records: &mut Records,
+fn progress_to(
     progress: &mut Progress,
     participants: &mut Participants,
     accepted: &Accepted,
     sides: &[&Side],
-) -> Result<(), SchemeError> {
-    records.window(accepted, sides).map_err(unrecorded(accepted))?;
+) {
     progress.window(accepted.time, accepted.window.index + 1, sides);
     if accepted.output.is_some() {
         participants.look_at_memory();
     }
-    Ok(())
 }
 
 fn unrecorded(accepted: &Accepted) -> impl Fn(output::Error) -> SchemeError {
@@ -261,7 +328,7 @@ fn callable(case: &Case, options: &Options) -> Result<(), RunError> {
 }
 
 /// Makes the folder, or empties it of an earlier run; writes the case as resolved. Gives the folder, locked while it is open.
-fn prepare_folder(out: &Path, case: &Case) -> Result<File, RunError> {
+pub(crate) fn prepare_folder(out: &Path, case: &Case) -> Result<File, RunError> {
     let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
     std::fs::create_dir_all(out).map_err(|e| folder(e.to_string()))?;
     let mut entries = std::fs::read_dir(out).map_err(|e| folder(e.to_string()))?;
@@ -284,6 +351,7 @@ fn prepare_folder(out: &Path, case: &Case) -> Result<File, RunError> {
         crate::records::WINDOWS,
         crate::records::PROBES,
         crate::records::ITERATIONS,
+        TRACE,
         "report.html",
         "fluid.pvd",
         "structure.pvd",
@@ -308,8 +376,3 @@ fn remove(path: &Path, how: impl Fn(&Path) -> std::io::Result<()>) -> std::io::R
 
 /// Participants by role.
 type ByRole<T> = BTreeMap<Role, T>;
-
-/// A participant in this process, behind the table of legal calls.
-fn guarded(participant: Box<dyn Participant>) -> Box<dyn Participant> {
-    Box::new(interfaces::Guarded::new(participant))
-}

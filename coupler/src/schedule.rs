@@ -71,6 +71,12 @@ impl Schedule {
         Some(self.outputs)
     }
 
+    /// The window is final and the last: as [`Schedule::accept`], with the end time at its end.
+    pub fn accept_last(&mut self, window: &TimeWindow) -> Option<u64> {
+        self.end_time = self.end_time.min(window.end());
+        self.accept(window)
+    }
+
     /// Whether the end time is reached.
     pub fn finished(&self) -> bool {
         self.time >= self.end_time
@@ -119,6 +125,53 @@ mod tests {
         // The way to the next output is at least one interval's last part, 0.01 s, in windows of at most 0.0091 s.
         assert!(sizes.iter().all(|&s| s >= 0.5 * 0.0071), "{sizes:?}");
         assert!(sizes.iter().all(|&s| s <= 0.0091 * (1.0 + 1e-8)));
+    }
+
+    #[test]
+    fn a_run_that_ends_early_ends_with_an_output() {
+        let mut schedule = Schedule::new(0.0, 1.0, 0.1, 0.03, SubSteps::Stable);
+        let first = schedule.next(f64::INFINITY).expect("a window");
+        assert_eq!(schedule.accept(&first), None);
+        let second = schedule.next(f64::INFINITY).expect("a window");
+        assert_eq!(schedule.accept_last(&second), Some(1));
+        assert!(schedule.finished() && schedule.next(f64::INFINITY).is_none());
+        assert_eq!((schedule.time(), schedule.windows()), (second.end(), 2));
+    }
+
+    /// Windows follow each other without a gap, none is longer than what both allow, none shorter than half of that but where the way itself is,
+    /// and every output and the end are met to the bit; whatever the interval, the end and the limits.
+    #[test]
+    fn no_sliver_for_any_limits() {
+        let mut seed = 1_u64;
+        let mut random = move || {
+            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (seed >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        for _ in 0..300 {
+            let (interval, cap) = (10.0_f64.powf(-3.0 * random()), 10.0_f64.powf(-3.0 * random()));
+            let end = interval * (1.0 + 20.0 * random());
+            let mut schedule = Schedule::new(0.0, end, interval, cap, SubSteps::Stable);
+            let (mut last, mut outputs) = (0.0, 0);
+            while schedule.windows() < 2000 {
+                let limit = cap * (0.3 + random());
+                let Some(window) = schedule.next(limit) else { break };
+                let (allowed, left) = (limit.min(cap), schedule.target() - schedule.time());
+                assert_eq!(window.start, last);
+                assert!(window.size <= allowed * (1.0 + 1e-8), "{} {allowed}", window.size);
+                assert!(
+                    window.size >= 0.5 * allowed.min(left) * (1.0 - 1e-8),
+                    "{} {allowed} {left}",
+                    window.size
+                );
+                if let Some(number) = schedule.accept(&window) {
+                    outputs += 1;
+                    assert_eq!(number, outputs);
+                    assert_eq!(schedule.time(), (outputs as f64 * interval).min(end));
+                }
+                last = schedule.time();
+            }
+            assert!(schedule.windows() == 2000 || schedule.time() == end);
+        }
     }
 
     #[test]

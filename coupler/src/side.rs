@@ -1,8 +1,8 @@
 //! One side of a coupling: a participant with the fields it takes and gives.
 
 use interfaces::{
-    Description, Direction, Exchange, Fields, Participant, ParticipantError, Readiness, Role, TimeWindow,
-    WindowReport,
+    Description, Direction, END_REQUESTED, Exchange, Fields, Participant, ParticipantError, Readiness, Role,
+    TimeWindow, WindowReport,
 };
 use thiserror::Error;
 
@@ -67,6 +67,12 @@ impl Side {
         self.describe().ports.iter().find_map(|p| p.points)
     }
 
+    /// Whether the participant asks for the end of the run, by a scalar of that name.
+    pub fn asks_for_end(&self) -> bool {
+        let mut named = self.describe().scalars.iter().zip(&self.scalars);
+        named.any(|(scalar, value)| scalar.name == END_REQUESTED && *value != 0.0)
+    }
+
     /// Initialises the participant at `time` (s) for `points` interface points, with what `partner` gives, if there is one.
     pub fn initialize(
         &mut self,
@@ -119,10 +125,12 @@ impl Side {
         self.participant.terminate().map_err(|e| self.failed("while ending".to_owned(), e))
     }
 
-    /// Copies what `partner` gave in the last solution to the inputs of the same name.
-    pub fn receive(&mut self, partner: &Fields) {
+    /// Copies what `partner` gave in the last solution to the inputs of the same name, but for those `written` otherwise.
+    pub fn receive(&mut self, partner: &Fields, written: &[&str]) {
         self.inputs
-            .copy_from(partner, |exchange| exchange == Exchange::EveryWindow)
+            .copy_from(partner, |port| {
+                port.exchange == Exchange::EveryWindow && !written.contains(&port.name.as_str())
+            })
             .expect("lengths were compared at initialisation");
     }
 

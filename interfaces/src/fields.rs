@@ -80,10 +80,10 @@ impl Fields {
         self.ports.iter().zip(self.arrays.iter_mut().map(Vec::as_mut_slice))
     }
 
-    /// Copies from `other` every field whose name stands on both sides and that `exchange` admits; lengths must agree.
-    pub fn copy_from(&mut self, other: &Self, exchange: impl Fn(Exchange) -> bool) -> Result<(), FieldError> {
+    /// Copies from `other` every field whose name stands on both sides and whose port is `wanted`; lengths must agree.
+    pub fn copy_from(&mut self, other: &Self, wanted: impl Fn(&Port) -> bool) -> Result<(), FieldError> {
         for (port, array) in self.ports.iter().zip(&mut self.arrays) {
-            if !exchange(port.exchange) {
+            if !wanted(port) {
                 continue;
             }
             if let Some(source) = other.get(&port.name) {
@@ -132,6 +132,13 @@ pub fn wrong_length(port: &Port, found: usize) -> FieldError {
         expected: length(port),
         points: port.points.unwrap_or(0),
         components: port.components,
+    }
+}
+
+/// `values ← (1 − fraction) start + fraction end`: what a field that goes linearly over a window is at that fraction of it. All are of one length.
+pub fn interpolate(start: &[f64], end: &[f64], fraction: f64, values: &mut [f64]) {
+    for ((value, start), end) in values.iter_mut().zip(start).zip(end) {
+        *value = start + fraction * (end - start);
     }
 }
 

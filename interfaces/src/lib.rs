@@ -30,7 +30,8 @@ pub use case::Case;
 pub use fields::{FieldError, Fields};
 pub use lifecycle::{Call, Guarded, IllegalCall, Lifecycle, State};
 pub use participant::{
-    Description, Participant, ParticipantError, Readiness, Role, Scalar, ScalarKind, WindowReport,
+    Description, END_REQUESTED, Participant, ParticipantError, Readiness, Role, Scalar, ScalarKind,
+    WindowReport,
 };
 pub use port::{Direction, Exchange, Port, Quantity};
 pub use remote::{Expectations, Listening, RemoteParticipant};

@@ -3,10 +3,13 @@
 use crate::port::names;
 use crate::{Description, Direction, Port};
 
+/// Ports that the coupler fills.
+const FROM_COUPLER: [&str; 2] = [names::HELD_PRESSURE_GRADIENT, names::START_PRESSURE_GRADIENT];
+
 /// What does not fit between two participants, one line each with both sides' values; empty where they fit.
 ///
 /// Every port that one takes is paired with the port of that name which the other gives. A required port that nobody gives is a
-/// mismatch; `held_pressure_gradient` is given by the coupler. What is given and not taken is no mismatch: the coupler may want it.
+/// mismatch; `held_pressure_gradient` and `start_pressure_gradient` are given by the coupler. What is given and not taken is no mismatch: the coupler may want it.
 pub fn compare(a: &Description, b: &Description) -> Vec<String> {
     let mut mismatches = Vec::new();
     if a.dimension != b.dimension {
@@ -19,7 +22,7 @@ pub fn compare(a: &Description, b: &Description) -> Vec<String> {
         for taken in ports(taker, Direction::In) {
             match ports(giver, Direction::Out).find(|given| given.name == taken.name) {
                 Some(given) => compare_ports(taker, taken, giver, given, &mut mismatches),
-                None if taken.required && taken.name != names::HELD_PRESSURE_GRADIENT => {
+                None if taken.required && !FROM_COUPLER.contains(&taken.name.as_str()) => {
                     let given: Vec<_> =
                         ports(giver, Direction::Out).map(|p| format!("`{}`", p.name)).collect();
                     let given = if given.is_empty() { "nothing".to_owned() } else { given.join(", ") };

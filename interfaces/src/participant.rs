@@ -47,6 +47,9 @@ pub struct Scalar {
     pub kind: ScalarKind,
 }
 
+/// Name of a scalar by which a participant asks for the end of the run: it ends, in order, with the first accepted window of which this is not zero.
+pub const END_REQUESTED: &str = "end_requested";
+
 /// Where a scalar is recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -25,6 +25,10 @@ pub enum Quantity {
     ReferenceVolume,
     /// Density of an interface particle in the reference configuration.
     Density,
+    /// Force on an interface point that stands for no volume, such as the vertex of a boundary mesh.
+    Force,
+    /// Facet of a boundary mesh: the numbers of its vertices among the interface points, as many as there are dimensions.
+    Facet,
 }
 
 impl Quantity {
@@ -38,15 +42,21 @@ impl Quantity {
             Self::Normal => "1",
             Self::ReferenceVolume => "m3",
             Self::Density => "kg/m3",
+            Self::Force => "N",
+            Self::Facet => "1",
         }
     }
 
     /// Components of one value in `dimension` dimensions.
     pub fn components(self, dimension: usize) -> usize {
         match self {
-            Self::Position | Self::Velocity | Self::PressureGradient | Self::PairReaction | Self::Normal => {
-                dimension
-            }
+            Self::Position
+            | Self::Velocity
+            | Self::PressureGradient
+            | Self::PairReaction
+            | Self::Normal
+            | Self::Force
+            | Self::Facet => dimension,
             Self::Pressure | Self::ReferenceVolume | Self::Density => 1,
         }
     }
@@ -63,6 +73,8 @@ impl fmt::Display for Quantity {
             Self::Normal => "normal",
             Self::ReferenceVolume => "reference-volume",
             Self::Density => "density",
+            Self::Force => "force",
+            Self::Facet => "facet",
         })
     }
 }
@@ -160,4 +172,12 @@ pub mod names {
     pub const NORMAL: &str = "normal";
     /// Coupler → fluid: the pressure gradient under which the structure was predicted.
     pub const HELD_PRESSURE_GRADIENT: &str = "held_pressure_gradient";
+    /// Coupler → structure: the load at the window's start, from which it goes linearly to [`PRESSURE_GRADIENT`] at the end.
+    pub const START_PRESSURE_GRADIENT: &str = "start_pressure_gradient";
+    /// Coupler → a structure with points of its own: the force on each.
+    pub const FORCE: &str = "force";
+    /// Coupler → a structure with points of its own: the force on each at the window's start, from which it goes linearly to [`FORCE`].
+    pub const START_FORCE: &str = "start_force";
+    /// A structure with points of its own → coupler, once: the facets of its boundary.
+    pub const FACETS: &str = "facets";
 }

@@ -1,5 +1,6 @@
 //! One file a command: from arguments to the one call that does the work, and back to an exit code.
 
+pub mod bench;
 pub mod check;
 pub mod participant;
 pub mod report;

@@ -23,6 +23,7 @@ pub fn run(arguments: &Run) -> ExitCode {
         out: out.clone(),
         in_process: arguments.in_process,
         quiet: arguments.quiet,
+        trace: arguments.trace,
         domain: arguments.domain.clone(),
         stop,
     };

@@ -8,6 +8,7 @@ mod snapshot;
 
 use crate::{Load, MaterialPoint, State, Structure};
 use interfaces::case::Case;
+use interfaces::case::coupling::LoadInWindow;
 use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
@@ -89,6 +90,8 @@ struct StructureParticipant<const D: usize> {
     trial: State<D>,
     /// Pressure gradient at the interface particles (Pa/m).
     load: Vec<Vector<D>>,
+    /// The same at the window's start, where the case says that the load is linear within a window.
+    start_load: Option<Vec<Vector<D>>>,
     gravity: Vector<D>,
     fixed_sub_steps: Option<u32>,
     readers: Vec<Reader<D>>,
@@ -111,6 +114,7 @@ impl<const D: usize> StructureParticipant<D> {
             trial: accepted.clone(),
             accepted,
             load: vec![Vector::zeros(); points],
+            start_load: linear_load(case).then(|| vec![Vector::zeros(); points]),
             fixed_sub_steps,
             readers,
             report: None,
@@ -200,17 +204,19 @@ impl<const D: usize> Participant for StructureParticipant<D> {
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
         let started = Instant::now();
-        if let Some(gradient) = inputs.get(names::PRESSURE_GRADIENT) {
-            for (to, from) in self.load.iter_mut().zip(gradient.chunks_exact(D)) {
-                *to = Vector::from_column_slice(from);
-            }
+        take_vectors(inputs, names::PRESSURE_GRADIENT, &mut self.load);
+        if let Some(start_load) = &mut self.start_load {
+            take_vectors(inputs, names::START_PRESSURE_GRADIENT, start_load);
         }
         let sub_steps = match window.sub_steps {
             SubSteps::Fixed(count) => count as usize,
             SubSteps::Stable => self.structure.stable_sub_steps(window.size),
         };
         self.accepted.time = window.start;
-        let load = Load::Held(&self.load);
+        let load = match &self.start_load {
+            Some(start_load) => Load::Linear(start_load, &self.load),
+            None => Load::Held(&self.load),
+        };
         self.structure
             .advance(&self.accepted, &mut self.trial, window.size, sub_steps, &load)
             .map_err(failed)?;
@@ -251,6 +257,20 @@ impl<const D: usize> Participant for StructureParticipant<D> {
     }
 }
 
+/// Whether the sub-steps are to see the load go linearly from its value at the window's start to that at its end.
+fn linear_load(case: &Case) -> bool {
+    case.coupling.as_ref().is_some_and(|coupling| coupling.load_in_window == LoadInWindow::Linear)
+}
+
+/// Copies the field of that name, if it is given.
+fn take_vectors<const D: usize>(inputs: &Fields, name: &str, vectors: &mut [Vector<D>]) {
+    if let Some(field) = inputs.get(name) {
+        for (to, from) in vectors.iter_mut().zip(field.chunks_exact(D)) {
+            *to = Vector::from_column_slice(from);
+        }
+    }
+}
+
 fn describe<const D: usize>(case: &Case, points: usize) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, Some(points), direction);
     let balance =
@@ -260,17 +280,21 @@ fn describe<const D: usize>(case: &Case, points: usize) -> Description {
     for probe in case.probes.iter().filter(|p| p.is_on_structure()) {
         scalars.extend(probe.scalars(D));
     }
+    let mut ports = vec![
+        port(names::REFERENCE_VOLUME, Quantity::ReferenceVolume, Direction::Out).constant(),
+        port(names::DENSITY, Quantity::Density, Direction::Out).constant(),
+        port(names::POSITION, Quantity::Position, Direction::Out),
+        port(names::VELOCITY, Quantity::Velocity, Direction::Out),
+        port(names::PRESSURE_GRADIENT, Quantity::PressureGradient, Direction::In),
+    ];
+    if linear_load(case) {
+        ports.push(port(names::START_PRESSURE_GRADIENT, Quantity::PressureGradient, Direction::In));
+    }
     Description {
         role: Role::Structure,
         solver: "meniscus structure (TLSPH)".to_owned(),
         dimension: D,
-        ports: vec![
-            port(names::REFERENCE_VOLUME, Quantity::ReferenceVolume, Direction::Out).constant(),
-            port(names::DENSITY, Quantity::Density, Direction::Out).constant(),
-            port(names::POSITION, Quantity::Position, Direction::Out),
-            port(names::VELOCITY, Quantity::Velocity, Direction::Out),
-            port(names::PRESSURE_GRADIENT, Quantity::PressureGradient, Direction::In),
-        ],
+        ports,
         scalars,
     }
 }

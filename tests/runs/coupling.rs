@@ -9,7 +9,7 @@ use interfaces::port::names;
 use interfaces::{Guarded, Participant, SubSteps, pairing};
 use partners::{Log, Recording, build};
 
-const EXPLICIT: SerialExplicit = SerialExplicit { relaxation: 1.0, enforce: true };
+const EXPLICIT: SerialExplicit = SerialExplicit { relaxation: 1.0, enforce: true, predict: true };
 
 fn mock(words: &str) -> Box<dyn Participant> {
     build(words).expect("a mock")

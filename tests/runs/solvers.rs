@@ -147,7 +147,7 @@ fn a_saved_run_goes_on_to_the_bit() {
         .map(|(role, log)| Side::new(Box::new(Guarded::new(Recording::new(solver(&case, role, &out), log)))));
     let mut pair = Pair::initialize(fluid, structure, 0.0, StructureVelocity::Mean).expect("they fit");
     let mut schedule = Schedule::new(0.0, 0.02, 0.02, 1e-3, SubSteps::Fixed(100));
-    let scheme = SerialExplicit { relaxation: 0.5, enforce: true };
+    let scheme = SerialExplicit { relaxation: 0.5, enforce: true, predict: true };
     scheme.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("the coarse gate runs");
     for (_, log) in logs {
         let calls = log.calls();

@@ -222,6 +222,7 @@ fn run_variant(
     let run_options = coupler::run::Options {
         out: out.clone(),
         in_process: true,
+        trace: false,
         quiet: options.quiet,
         domain: None,
         stop: Arc::clone(&options.stop),

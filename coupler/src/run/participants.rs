@@ -1,15 +1,16 @@
 //! The participants of a run: in this process, started as processes, or waited for.
 
-use super::{ByRole, CASE, Options, RunError, guarded};
+use super::{ByRole, CASE, Options, RunError};
 use crate::launch::{self, Child};
 use crate::schemes::SchemeError;
 use crate::side::{Side, SideError};
+use crate::timing::Timing;
 use interfaces::case::Case;
 use interfaces::case::resolved::Start;
 use interfaces::transport::Alive;
 use interfaces::{
-    Address, Deadlines, Expectations, Participant, ParticipantError, RemoteParticipant, Role, new_run,
-    remove_stale,
+    Address, Deadlines, Expectations, Guarded, Participant, ParticipantError, RemoteParticipant, Role,
+    new_run, remove_stale,
 };
 use output::summary::{RoleUse, Summary};
 use std::cell::RefCell;
@@ -34,8 +35,9 @@ const GRACE: Duration = Duration::from_millis(1500);
 const BY_HAND: Duration = Duration::from_secs(600);
 
 /// The participants of a run, and the processes behind them.
-#[derive(Default)]
 pub struct Participants {
+    /// The clock of the run.
+    pub(crate) timing: Timing,
     sides: ByRole<Side>,
     children: ByRole<Rc<RefCell<Child>>>,
     /// An address of the run, where it has any.
@@ -43,6 +45,11 @@ pub struct Participants {
 }
 
 impl Participants {
+    /// None yet.
+    pub fn new(timing: Timing) -> Self {
+        Self { timing, sides: ByRole::new(), children: ByRole::new(), address: None }
+    }
+
     /// Makes or starts all participants of the case, and waits until each was heard of. Whatever comes of it, [`Participants::end`] ends those
     /// that were started.
     pub fn start(&mut self, case: &Case, options: &Options, solvers: &Solvers) -> Result<(), RunError> {
@@ -55,7 +62,8 @@ impl Participants {
         if options.in_process {
             for (role, _) in starts {
                 let made = (solvers.in_process)(role).map_err(|e| failed(role, "while starting", e))?;
-                self.sides.insert(role, Side::new(guarded(made)));
+                let side = self.side(made);
+                self.sides.insert(role, side);
             }
             return Ok(());
         }
@@ -85,9 +93,20 @@ impl Participants {
         for (role, _, _, open) in listening {
             let remote =
                 open.wait_for_hello(self.alive(role)).map_err(|e| failed(role, "while shaking hands", e))?;
-            self.sides.insert(role, Side::new(guarded(Box::new(remote))));
+            let side = self.side(Box::new(remote));
+            self.sides.insert(role, side);
         }
         Ok(())
+    }
+
+    /// A participant behind the table of legal calls, timed.
+    fn side(&self, participant: Box<dyn Participant>) -> Side {
+        Side::new(Box::new(self.timing.timed(Guarded::new(participant))))
+    }
+
+    /// Processor time of all processes that were started (s).
+    pub(crate) fn cpu_seconds(&self) -> f64 {
+        self.children.values().map(|child| child.borrow().cpu_seconds()).sum()
     }
 
     /// Hands over the side of that role, if the case has it.

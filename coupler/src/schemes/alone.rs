@@ -12,7 +12,8 @@ pub fn run(
 ) -> Result<(), SchemeError> {
     while let Some(window) = schedule.next(side.window_limit) {
         side.solve(&window)?;
-        let output = schedule.accept(&window);
+        let ends = side.asks_for_end();
+        let output = if ends { schedule.accept_last(&window) } else { schedule.accept(&window) };
         side.accept(&window, output)?;
         let accepted = Accepted::alone(window, schedule.time(), output);
         if record(&accepted, side)? == Onward::Stop {

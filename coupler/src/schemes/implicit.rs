@@ -15,6 +15,7 @@ use super::{Accepted, Onward, Pair, SchemeError};
 use crate::acceleration::Acceleration;
 use crate::condition46::Condition46;
 use crate::convergence::{Measures, Residual};
+use crate::phase::Phase;
 use crate::schedule::Schedule;
 use interfaces::TimeWindow;
 use interfaces::case::coupling::{AtLimit, Combine, Coupling};
@@ -76,12 +77,13 @@ impl Implicit {
         let mut outcomes = Extrapolation::new(self.extrapolation, unknowns.x.clone());
         while let Some(mut window) = schedule.next(pair.window_limit()) {
             let condition46 = self.converge(pair, &mut window, &mut unknowns, &outcomes)?;
-            self.acceleration.end_window(&unknowns.blocks, &unknowns.y, &unknowns.r);
-            outcomes.accept(middle(&window), &unknowns.x);
+            pair.announce.during(Phase::Acceleration, || {
+                self.acceleration.end_window(&unknowns.blocks, &unknowns.y, &unknowns.r);
+                outcomes.accept(middle(&window), &unknowns.x);
+            });
 
-            let output = schedule.accept(&window);
             let applied = pair.applied();
-            pair.accept(&window, output)?;
+            let output = pair.accept(&window, schedule)?;
             let accepted = Accepted::alone(window, schedule.time(), output).with(condition46, applied);
             if record(&accepted, pair)? == Onward::Stop {
                 break;
@@ -109,16 +111,18 @@ impl Implicit {
             } else {
                 self.serial_image(pair, window, unknowns)?
             };
-            unknowns.residual();
+            let residual = pair.announce.during(Phase::Acceleration, || {
+                unknowns.residual();
+                self.measures.judge(&unknowns.blocks, &unknowns.y, &unknowns.r, &mut first)
+            });
             let Unknowns { blocks, x, y, r } = unknowns;
-            let residual = self.measures.judge(blocks, y, r, &mut first);
             pair.residuals.push(residual);
             attempts += 1;
             if residual.converged {
                 return Ok(condition46);
             }
             if attempts < self.iterations_limit {
-                self.acceleration.next(blocks, x, y, r);
+                pair.announce.during(Phase::Acceleration, || self.acceleration.next(blocks, x, y, r));
             } else {
                 match self.at_limit {
                     AtLimit::Continue => return Ok(condition46),

@@ -35,7 +35,10 @@ impl Scheme {
         let (relaxation, enforce) = (coupling.relaxation, coupling.enforce_condition_46);
         let implicit = |parallel| Self::Implicit(Box::new(Implicit::of(coupling, parallel)));
         match coupling.scheme {
-            CouplingScheme::SerialExplicit => Self::SerialExplicit(SerialExplicit { relaxation, enforce }),
+            CouplingScheme::SerialExplicit => {
+                let predict = coupling.prediction.unwrap_or(true);
+                Self::SerialExplicit(SerialExplicit { relaxation, enforce, predict })
+            }
             CouplingScheme::ParallelExplicit => {
                 Self::ParallelExplicit(ParallelExplicit { relaxation, enforce })
             }

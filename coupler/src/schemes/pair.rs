@@ -3,8 +3,13 @@
 use super::SchemeError;
 use crate::condition46::{self, Condition46, Interface, Resultant};
 use crate::convergence::Residual;
+use crate::phase::{Announce, Phase};
+use crate::schedule::Schedule;
 use crate::side::Side;
-use interfaces::case::coupling::StructureVelocity;
+use crate::steady_state::SteadyState;
+use interfaces::case::coupling::{
+    LoadInWindow, SteadyQuantity, SteadyState as SteadyChoice, StructureVelocity,
+};
 use interfaces::port::names;
 use interfaces::{Exchange, Fields, Role, TimeWindow};
 
@@ -22,8 +27,18 @@ pub struct Pair {
     pub new_velocity: Vec<f64>,
     /// What each iteration of the window at hand left; empty with an explicit scheme.
     pub residuals: Vec<Residual>,
+    /// What the structure's sub-steps see of the load, where the structure asks for its value at a window's start.
+    pub load_in_window: LoadInWindow,
+    /// Who hears what the coupler is at.
+    pub announce: Announce,
+    /// Why the run ends before its end time, once it does.
+    pub ending: Option<String>,
     /// Which velocity over the window that is.
     structure_velocity: StructureVelocity,
+    /// The load at the last accepted time (Pa/m).
+    accepted_load: Vec<f64>,
+    /// The steady state to end at.
+    steady_state: Option<SteadyState>,
     /// The structure's motion at the last accepted time.
     accepted_motion: Fields,
     /// Reference volume of the interface particles (m³).
@@ -58,14 +73,24 @@ impl Pair {
             fluid,
             structure,
             new_load: load.clone(),
+            accepted_load: load.clone(),
             load,
             new_velocity,
             residuals: Vec::new(),
+            load_in_window: LoadInWindow::Held,
+            announce: Announce::nobody(),
+            ending: None,
+            steady_state: None,
             structure_velocity,
             accepted_motion,
             volume,
             zeros,
         })
+    }
+
+    /// Ends the run at this steady state.
+    pub fn end_when_steady(&mut self, choice: SteadyChoice) {
+        self.steady_state = Some(SteadyState::new(choice, |quantity| quantity_at(quantity, self)));
     }
 
     /// The largest window that both sides allow (s).
@@ -90,8 +115,14 @@ impl Pair {
 
     /// Starts the structure under [`load`](Self::load).
     pub fn start_structure(&mut self, window: &TimeWindow) -> Result<(), SchemeError> {
-        self.structure.receive(&self.fluid.outputs);
+        const WRITTEN: [&str; 2] = [names::PRESSURE_GRADIENT, names::START_PRESSURE_GRADIENT];
+        self.structure.receive(&self.fluid.outputs, &WRITTEN);
         set(&mut self.structure.inputs, names::PRESSURE_GRADIENT, &self.load);
+        let start = match self.load_in_window {
+            LoadInWindow::Held => &self.load,
+            LoadInWindow::Linear => &self.accepted_load,
+        };
+        set(&mut self.structure.inputs, names::START_PRESSURE_GRADIENT, start);
         Ok(self.structure.start(window)?)
     }
 
@@ -113,7 +144,8 @@ impl Pair {
 
     /// Starts the fluid against the structure's accepted position, that `velocity` (m/s), and the load of which the motion came.
     pub fn start_fluid(&mut self, window: &TimeWindow, velocity: &[f64]) -> Result<(), SchemeError> {
-        self.fluid.receive(&self.structure.outputs);
+        const WRITTEN: [&str; 3] = [names::POSITION, names::VELOCITY, names::HELD_PRESSURE_GRADIENT];
+        self.fluid.receive(&self.structure.outputs, &WRITTEN);
         if let Some(start) = self.accepted_motion.get(names::POSITION) {
             set(&mut self.fluid.inputs, names::POSITION, start);
         }
@@ -129,28 +161,62 @@ impl Pair {
 
     /// Condition (46) on what the fluid gave last: measured, and enforced if told to. [`new_load`](Self::new_load) is the outcome.
     pub fn condition46(&mut self, enforced: bool) -> Condition46 {
-        let Self { fluid, structure, volume, new_load, zeros, .. } = self;
-        let sent = fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(zeros);
-        new_load.copy_from_slice(sent);
-        condition46::enforce(&interface(fluid, structure, volume, zeros), new_load, enforced)
+        let Self { fluid, structure, volume, new_load, zeros, announce, .. } = self;
+        announce.during(Phase::Condition46, || {
+            let sent = fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(zeros);
+            new_load.copy_from_slice(sent);
+            condition46::enforce(&interface(fluid, structure, volume, zeros), new_load, enforced)
+        })
     }
 
     /// Resultant of [`load`](Self::load) with the structure's last motion.
     pub fn applied(&self) -> Resultant {
-        condition46::resultant(
-            &interface(&self.fluid, &self.structure, &self.volume, &self.zeros),
-            &self.load,
-        )
+        self.announce.during(Phase::Condition46, || {
+            let interface = interface(&self.fluid, &self.structure, &self.volume, &self.zeros);
+            condition46::resultant(&interface, &self.load)
+        })
     }
 
-    /// Makes the last solution of both final.
-    pub fn accept(&mut self, window: &TimeWindow, output: Option<u64>) -> Result<(), SchemeError> {
+    /// Makes the last solution of both final, and moves the schedule on. Gives the number of the output due at its end, if one is. The schedule ends there
+    /// where a participant asks for it or the state is steady; [`ending`](Self::ending) then says why.
+    pub fn accept(
+        &mut self,
+        window: &TimeWindow,
+        schedule: &mut Schedule,
+    ) -> Result<Option<u64>, SchemeError> {
+        self.ending = self.reason_to_end(window);
+        let output =
+            if self.ending.is_some() { schedule.accept_last(window) } else { schedule.accept(window) };
         self.fluid.accept(window, output)?;
         self.structure.accept(window, output)?;
         self.accepted_motion
-            .copy_from(&self.structure.outputs, |e| e == Exchange::EveryWindow)
+            .copy_from(&self.structure.outputs, |port| port.exchange == Exchange::EveryWindow)
             .expect("a copy of the same fields");
-        Ok(())
+        if self.load_in_window == LoadInWindow::Linear {
+            self.accepted_load.copy_from_slice(&self.load);
+        }
+        Ok(output)
+    }
+
+    fn reason_to_end(&mut self, window: &TimeWindow) -> Option<String> {
+        let steady = self.steady_state.take().and_then(|mut steady_state| {
+            let reason =
+                steady_state.observe(window.start, window.size, |quantity| quantity_at(quantity, self));
+            self.steady_state = Some(steady_state);
+            reason
+        });
+        let asked = [&self.fluid, &self.structure].into_iter().find(|side| side.asks_for_end());
+        asked.map(|side| format!("the {} asked for it", side.role())).or(steady)
+    }
+}
+
+/// The quantity as it stands on the structure's points.
+fn quantity_at(quantity: SteadyQuantity, pair: &Pair) -> &[f64] {
+    let motion = |name| pair.structure.outputs.get(name).unwrap_or(&pair.zeros);
+    match quantity {
+        SteadyQuantity::Position => motion(names::POSITION),
+        SteadyQuantity::Velocity => motion(names::VELOCITY),
+        SteadyQuantity::Load => &pair.load,
     }
 }
 

@@ -33,8 +33,7 @@ impl ParallelExplicit {
             let condition46 = pair.condition46(self.enforce);
             let applied = pair.applied();
 
-            let output = schedule.accept(&window);
-            pair.accept(&window, output)?;
+            let output = pair.accept(&window, schedule)?;
             super::relax(&mut pair.load, &pair.new_load, self.relaxation);
             velocity.copy_from_slice(&pair.new_velocity);
             let accepted = Accepted::alone(window, schedule.time(), output).with(condition46, applied);

@@ -26,6 +26,10 @@ pub struct CouplingKeys {
     pub sub_steps: Option<SubStepsKey>,
     /// Form of the load; transpose if left out.
     pub load: Option<LoadForm>,
+    /// Whether a serial explicit window begins with a prediction of the structure; yes if left out.
+    pub prediction: Option<bool>,
+    /// Load that the structure's sub-steps see within a window; held if left out.
+    pub load_in_window: Option<LoadInWindow>,
     /// Relaxation, over 0 and at most 1: of the load, 1 with the mean velocity and 0.5 with that at the end if left out; of an implicit scheme's first iterations, 0.1.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub relaxation: Option<f64>,
@@ -45,6 +49,40 @@ pub struct CouplingKeys {
     /// Order of the extrapolation from the last windows to the first iterate of an implicit scheme; 1 if left out.
     #[schemars(extend("enum" = [0, 1, 2]))]
     pub extrapolation: Option<u32>,
+    /// For a structure whose points are not those of the fluid; none if left out.
+    pub mapping: Option<MappingKeys>,
+    /// Steady state at which the run ends; none if left out.
+    pub steady_state: Option<SteadyStateKeys>,
+}
+
+/// Between a structure's own points and points that fill its bodies: motion goes to the fluid by the weights, forces come back by their transpose.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct MappingKeys {
+    /// Method; nearest-projection if left out.
+    pub method: Option<MappingMethod>,
+    /// Spacing of the points that fill the bodies (m); that of the structure if left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub spacing: Option<f64>,
+    /// Farthest that a point may be from the structure's points (m); two spacings if left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub reach: Option<f64>,
+    /// Whether the weights are made anew every window, from where the points have gone; no if left out.
+    pub rebuild: Option<bool>,
+}
+
+/// When nothing changes any more. Changes are measured against the greatest departure from the start so far.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SteadyStateKeys {
+    /// What has to be steady; position and load if left out.
+    pub quantities: Option<Vec<SteadyQuantity>>,
+    /// Largest relative change per time (1/s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub rate: f64,
+    /// For how long it has to stay below (s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub duration: f64,
 }
 
 /// How an implicit scheme goes from iterate to iterate.
@@ -115,6 +153,11 @@ pub struct Coupling {
     pub sub_steps: SubSteps,
     /// Form of the load.
     pub load: LoadForm,
+    /// Whether a serial explicit window begins with a prediction of the structure; only with that scheme.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prediction: Option<bool>,
+    /// Load that the structure's sub-steps see within a window.
+    pub load_in_window: LoadInWindow,
     /// Relaxation r in `r·new + (1 − r)·old`, over 0 and at most 1: of the load with an explicit scheme, of iterations that have no better with an implicit one.
     pub relaxation: f64,
     /// Which velocity of the structure over a window the fluid meets.
@@ -134,6 +177,72 @@ pub struct Coupling {
     /// When iterations end; only with an implicit scheme.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub convergence: Option<Convergence>,
+    /// For a structure whose points are not those of the fluid.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mapping: Option<Mapping>,
+    /// Steady state at which the run ends.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steady_state: Option<SteadyState>,
+}
+
+/// Load that the structure's sub-steps see within a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LoadInWindow {
+    /// The window's load all the time.
+    Held,
+    /// From the last accepted window's load at the start to the window's at the end, linearly.
+    Linear,
+}
+
+/// Between a structure's own points and points that fill its bodies.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mapping {
+    /// Method.
+    pub method: MappingMethod,
+    /// Spacing of the points that fill the bodies (m).
+    pub spacing: f64,
+    /// Farthest that a point may be from the structure's points (m).
+    pub reach: f64,
+    /// Whether the weights are made anew every window.
+    pub rebuild: bool,
+}
+
+/// How points follow others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum MappingMethod {
+    /// As the nearest point.
+    NearestNeighbour,
+    /// As the nearest point, continued with the gradient that its neighbours give.
+    NearestNeighbourGradient,
+    /// As points on the boundary between which they lie; the structure has to give its facets.
+    NearestProjection,
+    /// By radial basis functions with local support.
+    RadialBasis,
+}
+
+/// A steady state.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SteadyState {
+    /// What has to be steady.
+    pub quantities: Vec<SteadyQuantity>,
+    /// Largest relative change per time (1/s).
+    pub rate: f64,
+    /// For how long it has to stay below (s).
+    pub duration: f64,
+}
+
+/// What can be steady at the interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SteadyQuantity {
+    /// Position of its points.
+    Position,
+    /// Their velocity.
+    Velocity,
+    /// Load on them.
+    Load,
 }
 
 /// Order of the solutions of a window.
@@ -258,7 +367,7 @@ pub enum LoadForm {
 
 impl CouplingKeys {
     /// Fills in what was left out.
-    pub(super) fn resolve(&self, general: &General) -> Coupling {
+    pub(super) fn resolve(&self, general: &General, structure_spacing: f64) -> Coupling {
         let structure_velocity = self.structure_velocity.unwrap_or(StructureVelocity::Mean);
         let scheme = self.scheme.unwrap_or(CouplingScheme::SerialExplicit);
         let implicit = scheme.is_implicit();
@@ -272,6 +381,8 @@ impl CouplingKeys {
                 None => SubSteps::Fixed(SUB_STEPS),
             },
             load: self.load.unwrap_or(LoadForm::Transpose),
+            prediction: (scheme == CouplingScheme::SerialExplicit).then(|| self.prediction.unwrap_or(true)),
+            load_in_window: self.load_in_window.unwrap_or(LoadInWindow::Held),
             relaxation: self.relaxation.unwrap_or(relaxation),
             structure_velocity,
             compliance: self.compliance.unwrap_or(true),
@@ -280,6 +391,31 @@ impl CouplingKeys {
             extrapolation: implicit.then(|| self.extrapolation.unwrap_or(1)),
             acceleration: implicit.then(|| self.acceleration.clone().unwrap_or_default().resolve()),
             convergence: implicit.then(|| self.convergence.clone().unwrap_or_default().resolve()),
+            mapping: self.mapping.as_ref().map(|keys| keys.resolve(structure_spacing)),
+            steady_state: self.steady_state.as_ref().map(SteadyStateKeys::resolve),
+        }
+    }
+}
+
+impl MappingKeys {
+    fn resolve(&self, structure_spacing: f64) -> Mapping {
+        let spacing = self.spacing.unwrap_or(structure_spacing);
+        Mapping {
+            method: self.method.unwrap_or(MappingMethod::NearestProjection),
+            spacing,
+            reach: self.reach.unwrap_or(2.0 * spacing),
+            rebuild: self.rebuild.unwrap_or(false),
+        }
+    }
+}
+
+impl SteadyStateKeys {
+    fn resolve(&self) -> SteadyState {
+        let quantities = || vec![SteadyQuantity::Position, SteadyQuantity::Load];
+        SteadyState {
+            quantities: self.quantities.clone().unwrap_or_else(quantities),
+            rate: self.rate,
+            duration: self.duration,
         }
     }
 }

@@ -21,8 +21,10 @@ pub(super) fn resolve(file: typed::CaseFile) -> Case {
     let general = resolve_general(file.case);
     let fluid = file.fluid.map(|fluid| resolve_fluid(fluid, &general));
     let structure = file.structure.map(|structure| resolve_structure(structure, &general));
-    let coupling =
-        (fluid.is_some() && structure.is_some()).then(|| file.coupling.unwrap_or_default().resolve(&general));
+    let coupling = structure
+        .as_ref()
+        .filter(|_| fluid.is_some())
+        .map(|structure| file.coupling.unwrap_or_default().resolve(&general, structure.particle_spacing));
     let references = file.reference.into_iter().map(resolve_reference).collect();
     Case { general, fluid, structure, coupling, probes, references }
 }

@@ -1,5 +1,7 @@
 //! One side of a connection: send, and wait with a deadline.
 
+mod raw;
+
 use super::peer::{Alive, OwnNode, Peer};
 use super::{Address, Traffic};
 use crate::ParticipantError;

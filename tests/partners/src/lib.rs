@@ -21,6 +21,7 @@
 pub mod conformance;
 pub mod faulty;
 pub mod fluid;
+pub mod idle;
 pub mod recording;
 pub mod scripted;
 pub mod spec;
@@ -28,7 +29,8 @@ pub mod stand_in;
 pub mod structure;
 
 pub use faulty::{Fault, Faulty};
-pub use fluid::{AddedMassColumn, Constant, GivenVelocity, Hydrostatic, WallModel};
+pub use fluid::{AddedMassColumn, Constant, GivenVelocity, Harmonic, Hydrostatic, WallModel};
+pub use idle::Idle;
 pub use recording::{Log, Recorded, Recording};
 pub use scripted::{Script, Scripted};
 pub use spec::{MockSpec, build, help};

@@ -1,11 +1,11 @@
 //! Mocks from words of a command line: `spring-mass --points 40 --dimension 2 --stiffness 1e4 --fault nan@12`.
 
 use crate::{
-    AddedMassColumn, Constant, Fault, Faulty, GivenVelocity, Hydrostatic, Integration, Law, Points,
-    Prescribed,
+    AddedMassColumn, Constant, Fault, Faulty, GivenVelocity, Harmonic, Hydrostatic, Idle, Integration, Law,
+    Points, Prescribed,
 };
 use crate::{Model, Rigid, Script, Scripted, SpringMass, StandIn, WallModel, fluid::Load};
-use interfaces::Participant;
+use interfaces::{Participant, Role};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::str::FromStr;
@@ -71,6 +71,7 @@ const KINDS: &[Kind] = &[
             ("displacement", Some("0"), "displacement at the start (m), one a component"),
             ("velocity", Some("0"), "velocity at the start (m/s), one a component"),
             ("integration", Some("exact"), "exact, or rk4 in the sub-steps asked for"),
+            ("load", Some("held"), "within a window: held, or linear"),
         ],
     },
     Kind {
@@ -95,6 +96,16 @@ const KINDS: &[Kind] = &[
         options: &[
             ("gradient", Some("0"), "pressure gradient (Pa/m), one a component"),
             ("pressure", Some("0"), "pressure (Pa)"),
+            ("end_after", Some("inf"), "time (s) from which it asks for the end of the run"),
+        ],
+    },
+    Kind {
+        name: "harmonic",
+        side: Side::Fluid,
+        summary: "a fluid whose load swings, the same at every point",
+        options: &[
+            ("gradient", Some("0"), "amplitude of the pressure gradient (Pa/m), one a component"),
+            ("frequency", Some("1"), "frequency of its sine (Hz)"),
         ],
     },
     Kind {
@@ -112,6 +123,21 @@ const KINDS: &[Kind] = &[
             ("axis", Some("up"), "out of the structure into the column: x, y, z or up (the last)"),
             ("gravity", Some("0"), "gravity against the axis (m/s²)"),
             ("area", Some("1"), "area over which its force is a pressure (m²)"),
+        ],
+    },
+    Kind {
+        name: "idle",
+        side: Side::Either,
+        summary: "a participant that does nothing, in two dimensions",
+        options: &[
+            ("role", None, "fluid or structure"),
+            ("points", Some("10"), "interface points"),
+            ("varies", Some("no"), "fluid: yes to give another load at every solution, or no"),
+            (
+                "interpolates",
+                Some("no"),
+                "structure: yes to read the load at every sub-step, linear within the window, or no",
+            ),
         ],
     },
     Kind {
@@ -229,7 +255,7 @@ pub fn help() -> String {
     }
     list("every structure", STRUCTURE);
     list("every fluid", FLUID);
-    list("every mock but scripted", ANY);
+    list("every mock but idle and scripted", ANY);
     let fault: Choice =
         ("fault", Some(""), "KIND@WHERE, may be repeated: error, panic, nan[:POINT], no-points, scalars,");
     list("every mock", &[fault]);
@@ -251,6 +277,9 @@ fn options(kind: &Kind) -> impl Iterator<Item = Choice> {
 fn make(read: &mut Read) -> Option<Box<dyn Participant>> {
     if read.kind.name == "scripted" {
         return read.script().map(|script| Box::new(Scripted::new(script)) as _);
+    }
+    if read.kind.name == "idle" {
+        return read.idle().map(|idle| Box::new(idle) as _);
     }
     let d = read.dimension()?;
     let limit = read.positive("window_limit");
@@ -275,6 +304,7 @@ fn make(read: &mut Read) -> Option<Box<dyn Participant>> {
                 "exact" => Integration::Exact,
                 _ => Integration::Rk4,
             };
+            let linear = read.one_of("load", &["held", "linear"])? == "linear";
             let (stiffness, damping) = (read.at_least("stiffness", 0.0), read.at_least("damping", 0.0));
             let (displacement, velocity) = (read.vector("displacement", d), read.vector("velocity", d));
             let mock = read.points(d).map(|points| SpringMass {
@@ -284,6 +314,7 @@ fn make(read: &mut Read) -> Option<Box<dyn Participant>> {
                 displacement,
                 velocity,
                 integration,
+                linear,
             });
             stand_in(mock, limit)
         }
@@ -303,6 +334,15 @@ fn make(read: &mut Read) -> Option<Box<dyn Participant>> {
                 load: read.load(d),
                 gradient: read.vector("gradient", d),
                 pressure: read.number("pressure"),
+                end_after: read.positive("end_after"),
+            };
+            stand_in(Some(mock), limit)
+        }
+        "harmonic" => {
+            let mock = Harmonic {
+                load: read.load(d),
+                gradient: read.vector("gradient", d),
+                frequency: read.number("frequency"),
             };
             stand_in(Some(mock), limit)
         }
@@ -377,7 +417,11 @@ impl Read<'_> {
     fn bounded(&mut self, key: &str, wanted: &str, fits: impl Fn(f64) -> bool) -> f64 {
         let Some(text) = self.text(key) else { return 1.0 };
         match text.parse::<f64>() {
-            Ok(value) if fits(value) && !value.is_nan() && (value.is_finite() || key == "window_limit") => {
+            Ok(value)
+                if fits(value)
+                    && !value.is_nan()
+                    && (value.is_finite() || ["window_limit", "end_after"].contains(&key)) =>
+            {
                 value
             }
             _ => self.wrong(key, &text, wanted).unwrap_or(1.0),
@@ -438,6 +482,17 @@ impl Read<'_> {
         let origin = self.vector("origin", d);
         let (spacing, density) = (self.positive("spacing"), self.positive("density"));
         Some(Points::on_lattice(&counts, &origin, spacing, density))
+    }
+
+    fn idle(&mut self) -> Option<Idle> {
+        let role = match self.one_of("role", &["fluid", "structure"])? {
+            "fluid" => Role::Fluid,
+            _ => Role::Structure,
+        };
+        let count = self.at_least("points", 1.0) as usize;
+        let [varies, interpolates] =
+            ["varies", "interpolates"].map(|key| self.one_of(key, &["no", "yes"]).map(|word| word == "yes"));
+        Some(Idle::new(role, count, varies?, interpolates?))
     }
 
     fn script(&mut self) -> Option<Script> {

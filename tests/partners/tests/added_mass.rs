@@ -67,7 +67,7 @@ impl Pair {
         self.structure.start(&window, &self.load).expect("a structure that solves");
         self.structure.finish(&mut moved).expect("a structure that solves");
         self.motion
-            .copy_from(&moved, |exchange| exchange == Exchange::EveryWindow)
+            .copy_from(&moved, |port| port.exchange == Exchange::EveryWindow)
             .expect("lengths that agree");
         if let Some(held) = self.motion.get_mut(names::HELD_PRESSURE_GRADIENT) {
             held.copy_from_slice(self.load.get(names::PRESSURE_GRADIENT).expect("taken"));

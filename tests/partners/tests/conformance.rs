@@ -5,7 +5,7 @@ use interfaces::{SubSteps, TimeWindow, WindowReport};
 use partners::conformance::{Options, check, plausible};
 use partners::{Log, Recording, build};
 
-const MOCKS: [&str; 14] = [
+const MOCKS: [&str; 18] = [
     "rigid points=4",
     "rigid dimension=3 grid=2x3x2",
     "prescribed",
@@ -17,6 +17,10 @@ const MOCKS: [&str; 14] = [
     "hydrostatic dimension=3 level=0.03 plate_thickness=0.02 reaction_factor=0.9",
     "constant gradient=100,-20 pressure=5",
     "constant dimension=3 gradient=100",
+    "idle role=fluid varies=yes",
+    "idle role=structure interpolates=yes",
+    "spring-mass load=linear",
+    "harmonic gradient=3 frequency=2",
     "added-mass-column mass=2 gravity=9.81",
     "added-mass-column mass=2 wall=compliant axis=x",
     "added-mass-column dimension=3 mass=2 wall=compliant area=0.1",

@@ -75,6 +75,15 @@ fn check_whole(file: &CaseFile, findings: &mut Findings) {
             findings.add(key, "an explicit scheme has no iterations", remedy);
         }
     }
+    let predicts = coupling.scheme.is_none_or(|scheme| scheme == CouplingScheme::SerialExplicit);
+    if coupling.prediction.is_some() && !predicts {
+        let remedy = "leave it out, or take coupling.scheme = \"serial-explicit\"";
+        findings.add("coupling.prediction", "only a serial explicit window has a prediction", remedy);
+    }
+    if coupling.steady_state.as_ref().is_some_and(|s| s.quantities.as_ref().is_some_and(Vec::is_empty)) {
+        let remedy = "name \"position\", \"velocity\" or \"load\", or leave it out";
+        findings.add("coupling.steady_state.quantities", "names nothing that could be steady", remedy);
+    }
 }
 
 /// Names are words that can stand in a column's head and in a `--set`, and each is there once.

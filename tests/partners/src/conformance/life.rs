@@ -106,7 +106,7 @@ impl<'a> Life<'a> {
         let window = self.window();
         let constants = self.inputs.clone();
         (self.suite.options.inputs)(window.end(), variant, &mut self.inputs);
-        self.inputs.copy_from(&constants, |exchange| exchange == Exchange::Constant)?;
+        self.inputs.copy_from(&constants, |port| port.exchange == Exchange::Constant)?;
         let started = self.participant.start(&window, &self.inputs);
         if started.is_ok() {
             self.iteration += 1;

@@ -111,6 +111,8 @@ pub fn plausible(time: f64, variant: u32, inputs: &mut Fields) {
                 // Constants of the partner: the same for all variants and times.
                 Quantity::ReferenceVolume => 1e-4,
                 Quantity::Density => 1000.0 + point,
+                Quantity::Force => 10.0 * (1.0 + wave),
+                Quantity::Facet => point,
             };
         }
     }

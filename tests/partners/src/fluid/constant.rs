@@ -4,9 +4,9 @@ use super::load::Load;
 use crate::Model;
 use crate::structure::components;
 use interfaces::port::names;
-use interfaces::{Description, Fields, ParticipantError, ScalarKind, TimeWindow};
+use interfaces::{Description, END_REQUESTED, Fields, ParticipantError, Scalar, ScalarKind, TimeWindow};
 
-/// A constant pressure gradient. State: the force on the structure (N, `D`).
+/// A constant pressure gradient. State: the force on the structure (N, `D`), then whether it asks for the end of the run (1 or 0), if it ever will.
 #[derive(Clone, Debug)]
 pub struct Constant {
     /// How it is given.
@@ -15,17 +15,27 @@ pub struct Constant {
     pub gradient: Vec<f64>,
     /// Pressure at every point (Pa).
     pub pressure: f64,
+    /// Time from which it asks for the end of the run (s); infinite for never.
+    pub end_after: f64,
 }
 
 impl Model for Constant {
     fn description(&self) -> Description {
-        let force = components("force", "N", ScalarKind::Balance, self.load.dimension);
-        self.load.description("mock fluid (constant load)", &[], force)
+        let mut scalars = components("force", "N", ScalarKind::Balance, self.load.dimension);
+        if self.end_after.is_finite() {
+            let (name, unit) = (END_REQUESTED.to_owned(), "1".to_owned());
+            scalars.push(Scalar { name, unit, kind: ScalarKind::Balance });
+        }
+        self.load.description("mock fluid (constant load)", &[], scalars)
     }
 
     fn initial(&mut self, _start: f64, inputs: &Fields) -> Result<Vec<f64>, ParticipantError> {
         self.load.take_volumes(inputs);
-        Ok(self.load.force(&self.gradient.repeat(self.load.volumes.len())))
+        let mut state = self.load.force(&self.gradient.repeat(self.load.volumes.len()));
+        if self.end_after.is_finite() {
+            state.push(0.0);
+        }
+        Ok(state)
     }
 
     fn constants(&self, _outputs: &mut Fields) {}
@@ -33,10 +43,14 @@ impl Model for Constant {
     fn advance(
         &self,
         accepted: &[f64],
-        _window: &TimeWindow,
+        window: &TimeWindow,
         _inputs: &Fields,
     ) -> Result<(Vec<f64>, u32), ParticipantError> {
-        Ok((accepted.to_vec(), 1))
+        let mut state = accepted.to_vec();
+        if let Some(asks) = state.get_mut(self.load.dimension) {
+            *asks = f64::from(window.end() >= self.end_after);
+        }
+        Ok((state, 1))
     }
 
     fn outputs(&self, _state: &[f64], outputs: &mut Fields) {

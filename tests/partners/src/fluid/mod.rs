@@ -2,10 +2,12 @@
 
 mod added_mass_column;
 mod constant;
+mod harmonic;
 mod hydrostatic;
 mod load;
 
 pub use added_mass_column::{AddedMassColumn, GivenVelocity, WallModel};
 pub use constant::Constant;
+pub use harmonic::Harmonic;
 pub use hydrostatic::Hydrostatic;
 pub use load::Load;

@@ -51,9 +51,9 @@ impl Points {
         self.density * self.volume * self.len() as f64
     }
 
-    /// Force of the load on all points, `−Σ V ∇p` (N), `D` components.
-    pub fn force(&self, inputs: &Fields) -> Vec<f64> {
-        let gradient = inputs.get(names::PRESSURE_GRADIENT).unwrap_or(&[]);
+    /// Force on all points `−Σ V ∇p` (N), `D` components, of the load that the field `name` is.
+    pub fn force(&self, inputs: &Fields, name: &str) -> Vec<f64> {
+        let gradient = inputs.get(name).unwrap_or(&[]);
         let mut force = vec![0.0; self.dimension];
         for value in gradient.chunks_exact(self.dimension) {
             for axis in 0..self.dimension {
@@ -81,6 +81,12 @@ impl Points {
             ],
             scalars,
         }
+    }
+
+    /// The port of the load at a window's start.
+    pub fn start_load(&self) -> Port {
+        let (d, n) = (self.dimension, Some(self.len()));
+        Port::new(names::START_PRESSURE_GRADIENT, Quantity::PressureGradient, d, n, Direction::In)
     }
 
     /// Writes volume and density.

@@ -74,7 +74,7 @@ pub struct Prescribed {
 
 impl Prescribed {
     fn state(&self, time: f64, inputs: &Fields) -> Vec<f64> {
-        [vec![time], self.points.force(inputs)].concat()
+        [vec![time], self.points.force(inputs, names::PRESSURE_GRADIENT)].concat()
     }
 }
 

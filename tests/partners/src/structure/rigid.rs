@@ -2,6 +2,7 @@
 
 use super::points::{Points, components};
 use crate::Model;
+use interfaces::port::names;
 use interfaces::{Description, Fields, ParticipantError, ScalarKind, TimeWindow};
 
 /// Points that stay where they are, and report the force on them (N). State: that force.
@@ -18,7 +19,7 @@ impl Model for Rigid {
     }
 
     fn initial(&mut self, _start: f64, inputs: &Fields) -> Result<Vec<f64>, ParticipantError> {
-        Ok(self.points.force(inputs))
+        Ok(self.points.force(inputs, names::PRESSURE_GRADIENT))
     }
 
     fn constants(&self, outputs: &mut Fields) {
@@ -31,7 +32,7 @@ impl Model for Rigid {
         window: &TimeWindow,
         inputs: &Fields,
     ) -> Result<(Vec<f64>, u32), ParticipantError> {
-        Ok((self.points.force(inputs), super::prescribed::asked_sub_steps(window)))
+        Ok((self.points.force(inputs, names::PRESSURE_GRADIENT), super::prescribed::asked_sub_steps(window)))
     }
 
     fn outputs(&self, _state: &[f64], outputs: &mut Fields) {

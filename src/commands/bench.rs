@@ -1,0 +1,45 @@
+//! `meniscus bench`.
+
+use super::{failed, say};
+use crate::arguments::{Bench, Echo, Exchange, Side};
+use coupler::bench;
+use interfaces::{Address, Role};
+use std::process::ExitCode;
+
+/// Measures, and prints the table line by line.
+pub fn bench(arguments: &Bench) -> ExitCode {
+    match arguments {
+        Bench::Exchange(arguments) => exchange(arguments),
+        Bench::Echo(arguments) => echo(arguments),
+    }
+}
+
+fn exchange(arguments: &Exchange) -> ExitCode {
+    let (executable, stop) = match (std::env::current_exe(), super::stop_flag()) {
+        (Ok(executable), Ok(stop)) => (executable, stop),
+        (Err(error), _) | (_, Err(error)) => return failed(error),
+    };
+    let options = bench::Options {
+        points: arguments.points.clone(),
+        windows: arguments.windows,
+        executable,
+        domain: arguments.domain.clone(),
+        stop,
+    };
+    match bench::exchange(&options, |line| say(line)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failed(error),
+    }
+}
+
+fn echo(arguments: &Echo) -> ExitCode {
+    let role = match arguments.role {
+        Side::Fluid => Role::Fluid,
+        Side::Structure => Role::Structure,
+    };
+    let address = Address::parse(&arguments.run, role);
+    match bench::echo(&address, arguments.taken, arguments.given) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failed(error),
+    }
+}
