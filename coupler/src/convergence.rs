@@ -1,6 +1,6 @@
 //! Whether the iterations of a window have converged.
 
-use crate::acceleration::dot;
+use crate::flat::dot;
 use std::ops::Range;
 
 /// Limits on the residual `r = y − x` of one iteration, each left out where it is none. Norms are Euclidean, over one quantity (load, velocity).

@@ -127,6 +127,17 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
     (summary, result)
 }
 
+/// What the coupler did in a run, in words, and for how long (s).
+pub fn phases(summary: &Summary) -> Vec<(&'static str, f64)> {
+    let Some(coupler) = summary.roles.get("coupler") else { return Vec::new() };
+    let seconds = |phase: Phase| coupler.extra.get(&seconds_key(phase)).and_then(serde_json::Value::as_f64);
+    Phase::ALL.into_iter().filter_map(|phase| Some((phase.name(), seconds(phase)?))).collect()
+}
+
+fn seconds_key(phase: Phase) -> String {
+    format!("{}_seconds", phase.key())
+}
+
 /// Threads that a solver is given.
 pub fn threads(case: &Case) -> usize {
     let all = std::thread::available_parallelism().map_or(1, usize::from);
@@ -144,7 +155,7 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
     participants.end(summary, result.as_ref().err().is_none_or(RunError::is_interruption));
     let coupler = summary.roles.entry("coupler".to_owned()).or_default();
     for (phase, seconds) in timing.seconds() {
-        coupler.extra.insert(format!("{}_seconds", phase.key()), seconds.into());
+        coupler.extra.insert(seconds_key(phase), seconds.into());
     }
     result.and(timing.end().map_err(RunError::from))
 }

@@ -137,9 +137,14 @@ pub fn wrong_length(port: &Port, found: usize) -> FieldError {
 
 /// `values ← (1 − fraction) start + fraction end`: what a field that goes linearly over a window is at that fraction of it. All are of one length.
 pub fn interpolate(start: &[f64], end: &[f64], fraction: f64, values: &mut [f64]) {
-    for ((value, start), end) in values.iter_mut().zip(start).zip(end) {
-        *value = start + fraction * (end - start);
-    }
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            for ((value, start), end) in values.iter_mut().zip(start).zip(end) {
+                *value = start + fraction * (end - start);
+            }
+        },
+    );
 }
 
 /// Whether no value is infinite or not a number. Those have an exponent with all bits set, and adding one to it carries into the sign's
@@ -147,7 +152,10 @@ pub fn interpolate(start: &[f64], end: &[f64], fraction: f64, values: &mut [f64]
 fn all_finite(array: &[f64]) -> bool {
     const EXPONENT: u64 = f64::INFINITY.to_bits();
     const ONE: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
-    array.iter().fold(0, |found, value| found | ((value.to_bits() & EXPONENT) + ONE)) >> 63 == 0
+    pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || array.iter().fold(0, |found, value| found | ((value.to_bits() & EXPONENT) + ONE)) >> 63 == 0,
+    )
 }
 
 fn length(port: &Port) -> usize {

@@ -74,17 +74,10 @@ fn print_end(case: &Case, summary: &Summary, out: &Path) {
     let Summary { windows, simulated_seconds, wall_seconds, .. } = summary;
     let status = summary.status.word();
     say(format_args!("{status:<12}{windows} windows to t = {simulated_seconds:.6} s in {wall_seconds:.1} s"));
-    let mut rest = *wall_seconds;
-    for (role, used) in summary.roles.iter().filter(|(_, used)| used.compute_seconds > 0.0) {
-        rest -= used.compute_seconds;
-        say(format_args!(
-            "{role:<12}{:.1} s computing, {:.0} % of the run",
-            used.compute_seconds,
-            100.0 * used.share
-        ));
+    if let (Status::Completed, Some(message)) = (summary.status, &summary.message) {
+        say(format_args!("ended       early: {message}"));
     }
-    let share = 100.0 * rest / wall_seconds;
-    say(format_args!("rest        {rest:.1} s starting, exchanging, recording, {share:.0} % of the run"));
+    print_times(summary);
     for (probe, extremes) in &summary.probes {
         let Extremes { min, min_time, max, max_time } = extremes;
         say(format_args!("{probe:<12}from {min:.6} (t = {min_time:.4} s) to {max:.6} (t = {max_time:.4} s)"));
@@ -96,4 +89,22 @@ fn print_end(case: &Case, summary: &Summary, out: &Path) {
         ));
     }
     say(format_args!("outputs     {}", out.display()));
+}
+
+/// Who computed and waited, and what the coupler did.
+fn print_times(summary: &Summary) {
+    let row = |name: &str, seconds: f64, what: &str| {
+        let share = 100.0 * seconds / summary.wall_seconds;
+        say(format_args!("{name:<12}{seconds:>10.3} s  {share:>5.1} %  {what}"));
+    };
+    for (role, used) in summary.roles.iter().filter(|(_, used)| used.compute_seconds > 0.0) {
+        row(role, used.compute_seconds, "computing");
+        row("", used.wait_seconds, "waiting");
+    }
+    let mut accounted = 0.0;
+    for (index, (phase, seconds)) in coupler::run::phases(summary).into_iter().enumerate() {
+        accounted += seconds;
+        row(if index == 0 { "coupler" } else { "" }, seconds, phase);
+    }
+    row("", (summary.wall_seconds - accounted).max(0.0), "starting and ending");
 }

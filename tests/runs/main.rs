@@ -3,11 +3,14 @@
 //! One executable, so that the tests share the cores and the support. Every run has a folder and a domain of shared memory of its own,
 //! which must be empty afterwards; every process has a watchdog.
 
+mod bench;
 mod column;
 mod command;
 mod coupling;
 mod gate;
 mod implicit;
+mod mapped;
 mod processes;
 mod solvers;
 mod support;
+mod within;

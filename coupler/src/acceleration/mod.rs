@@ -15,6 +15,7 @@ pub mod quasi_newton;
 #[cfg(test)]
 mod tests;
 
+use crate::flat::dot;
 use aitken::Aitken;
 use interfaces::case::coupling::{self, AccelerationMethod};
 use quasi_newton::{Choice, QuasiNewton};
@@ -105,17 +106,4 @@ fn weighed(blocks: &[Range<usize>], sizes: &[f64], a: &[f64], b: &[f64]) -> f64 
 fn sizes(blocks: &[Range<usize>], y: &[f64]) -> Vec<f64> {
     let size = |block: &Range<usize>| dot(&y[block.clone()], &y[block.clone()]).sqrt();
     blocks.iter().map(size).map(|size| if size > 0.0 { size } else { 1.0 }).collect()
-}
-
-/// Sum of products in four partial sums, in an order that depends on the length alone.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a4, b4) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest: f64 = a4.remainder().iter().zip(b4.remainder()).map(|(a, b)| a * b).sum();
-    for (a, b) in a4.zip(b4) {
-        for i in 0..4 {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }

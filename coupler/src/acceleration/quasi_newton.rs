@@ -10,7 +10,8 @@
 //! orthogonal to the newer ones is below [`Choice::filter`] of itself is left out (QR2 of Haelterman et al.): what it would add is error.
 //! That is also what makes the normal equations safe: with a filter of 1e-3 they lose six of sixteen digits.
 
-use super::{dot, relax, sizes};
+use super::{relax, sizes};
+use crate::flat::{self, dot, dots};
 use std::collections::VecDeque;
 use std::ops::Range;
 
@@ -33,7 +34,7 @@ pub struct Choice {
 }
 
 /// A pair of differences.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 struct Column {
     /// Window in which it arose, counted from the first.
     window: u64,
@@ -63,15 +64,27 @@ pub struct QuasiNewton {
     columns: VecDeque<Column>,
     /// The newest first.
     factors: VecDeque<Factor>,
-    /// Image and residual of the last iteration of this window.
-    last: Option<(Vec<f64>, Vec<f64>)>,
+    /// Image and residual of the last iteration of this window; empty before there is one.
+    last: (Vec<f64>, Vec<f64>),
+    /// Per column and block, the product of its residuals with the residual at hand.
+    with_residual: Vec<Vec<f64>>,
+    /// Columns that were dropped, for their memory: it is the system's work to clear new memory, and takes longer than filling it.
+    dropped: Vec<Column>,
 }
 
 impl QuasiNewton {
     /// Without history.
     pub fn new(choice: Choice) -> Self {
         let choice = Choice { filter: choice.filter.max(LEAST_FILTER), ..choice };
-        Self { choice, window: 0, columns: VecDeque::new(), factors: VecDeque::new(), last: None }
+        Self {
+            choice,
+            window: 0,
+            columns: VecDeque::new(),
+            factors: VecDeque::new(),
+            last: (Vec::new(), Vec::new()),
+            with_residual: Vec::new(),
+            dropped: Vec::new(),
+        }
     }
 
     /// Number of columns at hand.
@@ -88,9 +101,11 @@ impl QuasiNewton {
         }
         let sizes = sizes(blocks, y);
         let (kept, triangle) = self.triangle(&sizes);
-        let c = triangle.solve(self.products_with(&kept, blocks, &sizes, r));
+        let c = triangle.solve(self.products_with(&kept, &sizes));
         // y − J_prev (r − V c) − W c; without factors y − W c.
-        x.copy_from_slice(y);
+        let images: Vec<(f64, &[f64])> =
+            kept.iter().zip(&c).map(|(&column, &c)| (c, self.columns[column].image.as_slice())).collect();
+        flat::subtract_all(x, y, &images);
         if !self.factors.is_empty() {
             let mut unexplained = r.to_vec();
             for (&column, &c) in kept.iter().zip(&c) {
@@ -100,58 +115,91 @@ impl QuasiNewton {
                 factor.subtract(blocks, &unexplained, x);
             }
         }
-        for (&column, &c) in kept.iter().zip(&c) {
-            relax(-c, x, &self.columns[column].image);
-        }
     }
 
     /// See [`super::Acceleration::end_window`].
     pub fn end_window(&mut self, blocks: &[Range<usize>], y: &[f64], r: &[f64]) {
+        let reused = if self.choice.multi_vector { 0 } else { self.choice.reused_windows as u64 };
+        if !self.choice.multi_vector {
+            // Before the last column is made, which would have products with them.
+            self.drop_older_than(self.window + 1, reused);
+        }
         self.learn(blocks, y, r);
-        self.last = None;
+        self.forget_last();
         if self.choice.multi_vector {
             self.factorise(blocks, y);
         }
         self.window += 1;
-        let reused = if self.choice.multi_vector { 0 } else { self.choice.reused_windows as u64 };
-        while self.columns.back().is_some_and(|column| column.window + reused < self.window) {
+        self.drop_older_than(self.window, reused);
+    }
+
+    /// Keeps their memory.
+    fn forget_last(&mut self) {
+        self.last.0.clear();
+        self.last.1.clear();
+    }
+
+    fn drop_older_than(&mut self, window: u64, reused: u64) {
+        while self.columns.back().is_some_and(|column| column.window + reused < window) {
             self.drop_oldest();
         }
     }
 
     /// See [`super::Acceleration::restart_window`].
     pub fn restart_window(&mut self) {
-        self.last = None;
-        let window = self.window;
-        self.columns.retain(|column| column.window != window);
+        self.forget_last();
+        // The newest are those of this window.
+        while self.columns.front().is_some_and(|column| column.window == self.window) {
+            self.dropped.extend(self.columns.pop_front());
+        }
     }
 
-    /// A column of the difference to the last iteration of this window, if there is one.
+    /// A column of the difference to the last iteration of this window, if there is one; and the products of all columns with the residual `r`.
     fn learn(&mut self, blocks: &[Range<usize>], y: &[f64], r: &[f64]) {
-        let Some((mut last_y, mut last_r)) = self.last.take() else {
-            self.last = Some((y.to_vec(), r.to_vec()));
-            return;
-        };
-        if last_r != r {
-            while self.columns.len() >= self.choice.columns.max(1) {
-                self.drop_oldest();
-            }
-            let (residual, image) = (difference(r, &last_r), difference(y, &last_y));
-            let products = |block: &Range<usize>| {
-                let with = |other: &[f64]| dot(&residual[block.clone()], &other[block.clone()]);
-                let older = self.columns.iter().map(|column| with(&column.residual));
-                std::iter::once(with(&residual)).chain(older).collect()
+        let (mut last_y, mut last_r) = std::mem::take(&mut self.last);
+        if last_r.is_empty() {
+            last_y.extend_from_slice(y);
+            last_r.extend_from_slice(r);
+            self.last = (last_y, last_r);
+            let with = |column: &Column| {
+                blocks.iter().map(|b| dot(&column.residual[b.clone()], &r[b.clone()])).collect()
             };
-            let products = blocks.iter().map(products).collect();
-            self.columns.push_front(Column { window: self.window, residual, image, products });
+            self.with_residual = self.columns.iter().map(with).collect();
+            return;
+        }
+        while self.columns.len() >= self.choice.columns.max(1) {
+            self.drop_oldest();
+        }
+        let mut new = self.dropped.pop().unwrap_or_default();
+        new.window = self.window;
+        flat::difference(&mut new.residual, r, &last_r);
+        flat::difference(&mut new.image, y, &last_y);
+        new.products = blocks.iter().map(|_| VecDeque::with_capacity(self.columns.len() + 1)).collect();
+        self.with_residual.clear();
+        for of in std::iter::once(&new.residual).chain(self.columns.iter().map(|column| &column.residual)) {
+            let mut with = Vec::with_capacity(blocks.len());
+            for (block, products) in blocks.iter().zip(&mut new.products) {
+                let both = [&new.residual[block.clone()], &r[block.clone()]];
+                let [with_new, with_r] = dots(&of[block.clone()], both);
+                products.push_back(with_new);
+                with.push(with_r);
+            }
+            self.with_residual.push(with);
         }
         last_y.copy_from_slice(y);
         last_r.copy_from_slice(r);
-        self.last = Some((last_y, last_r));
+        self.last = (last_y, last_r);
+        if new.products.iter().all(|products| products[0] == 0.0) {
+            // The same residual again tells nothing.
+            self.with_residual.remove(0);
+            self.dropped.push(new);
+        } else {
+            self.columns.push_front(new);
+        }
     }
 
     fn drop_oldest(&mut self) {
-        self.columns.pop_back();
+        self.dropped.extend(self.columns.pop_back());
         for column in &mut self.columns {
             for products in &mut column.products {
                 products.pop_back();
@@ -176,8 +224,10 @@ impl QuasiNewton {
         (kept, triangle)
     }
 
-    fn products_with(&self, kept: &[usize], blocks: &[Range<usize>], sizes: &[f64], r: &[f64]) -> Vec<f64> {
-        kept.iter().map(|&column| super::weighed(blocks, sizes, &self.columns[column].residual, r)).collect()
+    /// `Vᵀ r` of the columns kept, each block weighed by its size.
+    fn products_with(&self, kept: &[usize], sizes: &[f64]) -> Vec<f64> {
+        let weighed = |with: &Vec<f64>| with.iter().zip(sizes).map(|(p, size)| p / (size * size)).sum();
+        kept.iter().map(|&column| weighed(&self.with_residual[column])).collect()
     }
 
     /// Makes the window's columns a factor of the Jacobian.
@@ -251,8 +301,4 @@ impl Triangle {
         }
         b
     }
-}
-
-fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
 }

@@ -2,6 +2,7 @@
 
 use super::{ByRole, CASE, Options, RunError};
 use crate::launch::{self, Child};
+use crate::mapped::{Filling, Mapped};
 use crate::schemes::SchemeError;
 use crate::side::{Side, SideError};
 use crate::timing::Timing;
@@ -62,7 +63,7 @@ impl Participants {
         if options.in_process {
             for (role, _) in starts {
                 let made = (solvers.in_process)(role).map_err(|e| failed(role, "while starting", e))?;
-                let side = self.side(made);
+                let side = self.side(case, made)?;
                 self.sides.insert(role, side);
             }
             return Ok(());
@@ -93,15 +94,26 @@ impl Participants {
         for (role, _, _, open) in listening {
             let remote =
                 open.wait_for_hello(self.alive(role)).map_err(|e| failed(role, "while shaking hands", e))?;
-            let side = self.side(Box::new(remote));
+            let side = self.side(case, Box::new(remote))?;
             self.sides.insert(role, side);
         }
         Ok(())
     }
 
-    /// A participant behind the table of legal calls, timed.
-    fn side(&self, participant: Box<dyn Participant>) -> Side {
-        Side::new(Box::new(self.timing.timed(Guarded::new(participant))))
+    /// A participant behind the table of legal calls, timed; a structure with points of its own behind its mapping.
+    fn side(&self, case: &Case, participant: Box<dyn Participant>) -> Result<Side, RunError> {
+        let timed = self.timing.timed(Guarded::new(participant));
+        let mapping = case.coupling.as_ref().and_then(|coupling| coupling.mapping.as_ref());
+        Ok(match mapping {
+            Some(mapping) if timed.describe().role == Role::Structure => {
+                let filling = Filling::of(case, mapping.spacing);
+                let mapped = Mapped::new(timed, mapping.clone(), filling, self.timing.announce());
+                let mapped = mapped.map_err(|e| failed(Role::Structure, "while shaking hands", e))?;
+                // What a mapping makes of finite fields is checked again before it is passed on.
+                Side::new(Box::new(Guarded::new(mapped)))
+            }
+            _ => Side::new(Box::new(timed)),
+        })
     }
 
     /// Processor time of all processes that were started (s).

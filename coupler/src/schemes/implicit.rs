@@ -13,7 +13,6 @@
 use super::extrapolation::Extrapolation;
 use super::{Accepted, Onward, Pair, SchemeError};
 use crate::acceleration::Acceleration;
-use crate::condition46::Condition46;
 use crate::convergence::{Measures, Residual};
 use crate::phase::Phase;
 use crate::schedule::Schedule;
@@ -76,13 +75,13 @@ impl Implicit {
         let mut unknowns = Unknowns::of(pair, self.parallel);
         let mut outcomes = Extrapolation::new(self.extrapolation, unknowns.x.clone());
         while let Some(mut window) = schedule.next(pair.window_limit()) {
-            let condition46 = self.converge(pair, &mut window, &mut unknowns, &outcomes)?;
+            self.converge(pair, &mut window, &mut unknowns, &outcomes)?;
             pair.announce.during(Phase::Acceleration, || {
                 self.acceleration.end_window(&unknowns.blocks, &unknowns.y, &unknowns.r);
                 outcomes.accept(middle(&window), &unknowns.x);
             });
 
-            let applied = pair.applied();
+            let (condition46, applied) = pair.condition46();
             let output = pair.accept(&window, schedule)?;
             let accepted = Accepted::alone(window, schedule.time(), output).with(condition46, applied);
             if record(&accepted, pair)? == Onward::Stop {
@@ -100,17 +99,17 @@ impl Implicit {
         window: &mut TimeWindow,
         unknowns: &mut Unknowns,
         outcomes: &Extrapolation,
-    ) -> Result<Condition46, SchemeError> {
+    ) -> Result<(), SchemeError> {
         let smallest = SMALLEST_SHARE * window.size;
         let (mut first, mut attempts) = (Vec::new(), 0);
         pair.residuals.clear();
         outcomes.guess(middle(window), &mut unknowns.x);
         loop {
-            let condition46 = if self.parallel {
-                self.parallel_image(pair, window, unknowns)?
+            if self.parallel {
+                self.parallel_image(pair, window, unknowns)?;
             } else {
-                self.serial_image(pair, window, unknowns)?
-            };
+                self.serial_image(pair, window, unknowns)?;
+            }
             let residual = pair.announce.during(Phase::Acceleration, || {
                 unknowns.residual();
                 self.measures.judge(&unknowns.blocks, &unknowns.y, &unknowns.r, &mut first)
@@ -119,13 +118,13 @@ impl Implicit {
             pair.residuals.push(residual);
             attempts += 1;
             if residual.converged {
-                return Ok(condition46);
+                return Ok(());
             }
             if attempts < self.iterations_limit {
                 pair.announce.during(Phase::Acceleration, || self.acceleration.next(blocks, x, y, r));
             } else {
                 match self.at_limit {
-                    AtLimit::Continue => return Ok(condition46),
+                    AtLimit::Continue => return Ok(()),
                     AtLimit::Shrink if 0.5 * window.size >= smallest => {
                         window.size *= 0.5;
                         self.acceleration.restart_window();
@@ -145,13 +144,13 @@ impl Implicit {
         pair: &mut Pair,
         window: &TimeWindow,
         unknowns: &mut Unknowns,
-    ) -> Result<Condition46, SchemeError> {
+    ) -> Result<(), SchemeError> {
         pair.load.copy_from_slice(&unknowns.x);
         pair.solve_structure(window)?;
         pair.solve_fluid(window)?;
-        let condition46 = pair.condition46(self.enforce);
+        pair.take_load(self.enforce);
         unknowns.y.copy_from_slice(&pair.new_load);
-        Ok(condition46)
+        Ok(())
     }
 
     /// The structure under the load of `x` and the fluid against the velocity of `x`, at once: `y` is what both give.
@@ -160,17 +159,17 @@ impl Implicit {
         pair: &mut Pair,
         window: &TimeWindow,
         unknowns: &mut Unknowns,
-    ) -> Result<Condition46, SchemeError> {
+    ) -> Result<(), SchemeError> {
         let [load, velocity] = [0, 1].map(|block| unknowns.blocks[block].clone());
         pair.load.copy_from_slice(&unknowns.x[load.clone()]);
         pair.start_structure(window)?;
         pair.start_fluid(window, &unknowns.x[velocity.clone()])?;
         pair.finish_structure(window)?;
         pair.finish_fluid(window)?;
-        let condition46 = pair.condition46(self.enforce);
+        pair.take_load(self.enforce);
         unknowns.y[load].copy_from_slice(&pair.new_load);
         unknowns.y[velocity].copy_from_slice(&pair.new_velocity);
-        Ok(condition46)
+        Ok(())
     }
 }
 

@@ -133,10 +133,3 @@ pub enum SchemeError {
     #[error("fluid and structure do not fit together:\n  {}", .0.join("\n  "))]
     Mismatch(Vec<String>),
 }
-
-/// `held ← r new + (1 − r) held`.
-fn relax(held: &mut [f64], new: &[f64], r: f64) {
-    for (held, new) in held.iter_mut().zip(new) {
-        *held = r * new + (1.0 - r) * *held;
-    }
-}

@@ -1,8 +1,9 @@
 //! A fluid and a structure with what passes between them: the steps of which the coupling schemes are made.
 
 use super::SchemeError;
-use crate::condition46::{self, Condition46, Interface, Resultant};
+use crate::condition46::{self, Condition46, Interface, Reaction, Resultant};
 use crate::convergence::Residual;
+use crate::flat;
 use crate::phase::{Announce, Phase};
 use crate::schedule::Schedule;
 use crate::side::Side;
@@ -11,7 +12,7 @@ use interfaces::case::coupling::{
     LoadInWindow, SteadyQuantity, SteadyState as SteadyChoice, StructureVelocity,
 };
 use interfaces::port::names;
-use interfaces::{Exchange, Fields, Role, TimeWindow};
+use interfaces::{Fields, Role, TimeWindow};
 
 /// A fluid and a structure whose fields were paired and initialised.
 pub struct Pair {
@@ -33,14 +34,16 @@ pub struct Pair {
     pub announce: Announce,
     /// Why the run ends before its end time, once it does.
     pub ending: Option<String>,
+    /// Whether condition (46) was enforced on it.
+    enforced: bool,
     /// Which velocity over the window that is.
     structure_velocity: StructureVelocity,
     /// The load at the last accepted time (Pa/m).
     accepted_load: Vec<f64>,
     /// The steady state to end at.
     steady_state: Option<SteadyState>,
-    /// The structure's motion at the last accepted time.
-    accepted_motion: Fields,
+    /// The structure's position at the last accepted time (m), if it gives any.
+    accepted_position: Option<Vec<f64>>,
     /// Reference volume of the interface particles (m³).
     volume: Vec<f64>,
     /// What stands in for a vector field that a participant does not give.
@@ -63,7 +66,7 @@ impl Pair {
         let points = structure.points().or(fluid.points()).unwrap_or(0);
         structure.initialize(time, points, None)?;
         fluid.initialize(time, points, Some(&structure.outputs))?;
-        let accepted_motion = structure.outputs.clone();
+        let accepted_position = structure.outputs.get(names::POSITION).map(<[f64]>::to_vec);
         let volume =
             structure.outputs.get(names::REFERENCE_VOLUME).map_or_else(|| vec![1.0; points], <[f64]>::to_vec);
         let zeros = vec![0.0; points * structure.describe().dimension];
@@ -81,8 +84,9 @@ impl Pair {
             announce: Announce::nobody(),
             ending: None,
             steady_state: None,
+            enforced: false,
             structure_velocity,
-            accepted_motion,
+            accepted_position,
             volume,
             zeros,
         })
@@ -130,12 +134,10 @@ impl Pair {
     pub fn finish_structure(&mut self, window: &TimeWindow) -> Result<(), SchemeError> {
         self.structure.finish(window)?;
         let motion = &self.structure.outputs;
-        let positions = [&self.accepted_motion, motion].map(|motion| motion.get(names::POSITION));
-        match (self.structure_velocity, positions) {
-            (StructureVelocity::Mean, [Some(start), Some(end)]) => {
-                for ((mean, start), end) in self.new_velocity.iter_mut().zip(start).zip(end) {
-                    *mean = (end - start) / window.size;
-                }
+        let end = motion.get(names::POSITION);
+        match (self.structure_velocity, &self.accepted_position, end) {
+            (StructureVelocity::Mean, Some(start), Some(end)) => {
+                flat::mean_rate(&mut self.new_velocity, start, end, window.size);
             }
             _ => self.new_velocity.copy_from_slice(motion.get(names::VELOCITY).unwrap_or(&self.zeros)),
         }
@@ -146,7 +148,7 @@ impl Pair {
     pub fn start_fluid(&mut self, window: &TimeWindow, velocity: &[f64]) -> Result<(), SchemeError> {
         const WRITTEN: [&str; 3] = [names::POSITION, names::VELOCITY, names::HELD_PRESSURE_GRADIENT];
         self.fluid.receive(&self.structure.outputs, &WRITTEN);
-        if let Some(start) = self.accepted_motion.get(names::POSITION) {
+        if let Some(start) = &self.accepted_position {
             set(&mut self.fluid.inputs, names::POSITION, start);
         }
         set(&mut self.fluid.inputs, names::VELOCITY, velocity);
@@ -159,21 +161,24 @@ impl Pair {
         Ok(self.fluid.finish(window)?)
     }
 
-    /// Condition (46) on what the fluid gave last: measured, and enforced if told to. [`new_load`](Self::new_load) is the outcome.
-    pub fn condition46(&mut self, enforced: bool) -> Condition46 {
-        let Self { fluid, structure, volume, new_load, zeros, announce, .. } = self;
+    /// Takes the load that the fluid gave last, and enforces condition (46) on it if told to. [`new_load`](Self::new_load) is the outcome.
+    pub fn take_load(&mut self, enforced: bool) {
+        let Self { fluid, structure, volume, new_load, zeros, announce, enforced: was_enforced, .. } = self;
         announce.during(Phase::Condition46, || {
             let sent = fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(zeros);
             new_load.copy_from_slice(sent);
-            condition46::enforce(&interface(fluid, structure, volume, zeros), new_load, enforced)
-        })
+            *was_enforced =
+                enforced && condition46::enforce(&interface(fluid, structure, volume, zeros), new_load);
+        });
     }
 
-    /// Resultant of [`load`](Self::load) with the structure's last motion.
-    pub fn applied(&self) -> Resultant {
+    /// Condition (46) on what the fluid gave last, and the resultant of [`load`](Self::load), both with the structure's last motion.
+    pub fn condition46(&self) -> (Condition46, Resultant) {
         self.announce.during(Phase::Condition46, || {
             let interface = interface(&self.fluid, &self.structure, &self.volume, &self.zeros);
-            condition46::resultant(&interface, &self.load)
+            let sent = self.fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(&self.zeros);
+            let passed = self.enforced.then_some(self.new_load.as_slice());
+            (condition46::measure(&interface, sent, passed), condition46::resultant(&interface, &self.load))
         })
     }
 
@@ -189,9 +194,10 @@ impl Pair {
             if self.ending.is_some() { schedule.accept_last(window) } else { schedule.accept(window) };
         self.fluid.accept(window, output)?;
         self.structure.accept(window, output)?;
-        self.accepted_motion
-            .copy_from(&self.structure.outputs, |port| port.exchange == Exchange::EveryWindow)
-            .expect("a copy of the same fields");
+        let position = self.structure.outputs.get(names::POSITION);
+        if let (Some(accepted), Some(position)) = (&mut self.accepted_position, position) {
+            accepted.copy_from_slice(position);
+        }
         if self.load_in_window == LoadInWindow::Linear {
             self.accepted_load.copy_from_slice(&self.load);
         }
@@ -227,12 +233,10 @@ fn interface<'a>(fluid: &'a Side, structure: &'a Side, volume: &'a [f64], zeros:
         volume,
         position: motion.get(names::POSITION).unwrap_or(zeros),
         velocity: motion.get(names::VELOCITY).unwrap_or(zeros),
-        // A fluid that tells no pair reaction is taken at its word: what it sends is what it received.
-        pair_reaction: given
+        reaction: given
             .get(names::PAIR_REACTION)
-            .or_else(|| given.get(names::PRESSURE_GRADIENT))
-            .unwrap_or(zeros),
-        normal: given.get(names::NORMAL).unwrap_or(zeros),
+            .zip(given.get(names::NORMAL))
+            .map(|(pair_reaction, normal)| Reaction { pair_reaction, normal }),
     }
 }
 

@@ -5,6 +5,7 @@
 //! of a third of the structure's and more it needs the compliance or an implicit scheme.
 
 use super::{Accepted, Onward, Pair, SchemeError};
+use crate::flat;
 use crate::schedule::Schedule;
 
 /// What the case sets of the scheme.
@@ -30,11 +31,11 @@ impl ParallelExplicit {
             pair.start_fluid(&window, &velocity)?;
             pair.finish_structure(&window)?;
             pair.finish_fluid(&window)?;
-            let condition46 = pair.condition46(self.enforce);
-            let applied = pair.applied();
+            pair.take_load(self.enforce);
+            let (condition46, applied) = pair.condition46();
 
             let output = pair.accept(&window, schedule)?;
-            super::relax(&mut pair.load, &pair.new_load, self.relaxation);
+            flat::relax(&mut pair.load, &pair.new_load, self.relaxation);
             velocity.copy_from_slice(&pair.new_velocity);
             let accepted = Accepted::alone(window, schedule.time(), output).with(condition46, applied);
             if record(&accepted, pair)? == Onward::Stop {

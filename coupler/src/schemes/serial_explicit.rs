@@ -18,6 +18,7 @@
 
 use super::{Accepted, Onward, Pair, SchemeError};
 use crate::condition46::{Condition46, Resultant};
+use crate::flat;
 use crate::schedule::Schedule;
 use interfaces::TimeWindow;
 
@@ -45,7 +46,7 @@ impl SerialExplicit {
                 if self.predict { self.predicted(pair, &window)? } else { self.staggered(pair, &window)? };
             let output = pair.accept(&solution, schedule)?;
             if !self.predict {
-                super::relax(&mut pair.load, &pair.new_load, self.relaxation);
+                flat::relax(&mut pair.load, &pair.new_load, self.relaxation);
             }
             let accepted = Accepted::alone(solution, schedule.time(), output).with(condition46, applied);
             if record(&accepted, pair)? == Onward::Stop {
@@ -64,9 +65,9 @@ impl SerialExplicit {
         let solution = TimeWindow { iteration: 1, ..*prediction };
         pair.solve_structure(prediction)?;
         pair.solve_fluid(prediction)?;
-        let condition46 = pair.condition46(self.enforce);
-        super::relax(&mut pair.load, &pair.new_load, self.relaxation);
-        let applied = pair.applied();
+        pair.take_load(self.enforce);
+        flat::relax(&mut pair.load, &pair.new_load, self.relaxation);
+        let (condition46, applied) = pair.condition46();
         pair.solve_structure(&solution)?;
         Ok((solution, condition46, applied))
     }
@@ -79,7 +80,8 @@ impl SerialExplicit {
     ) -> Result<(TimeWindow, Condition46, Resultant), SchemeError> {
         pair.solve_structure(window)?;
         pair.solve_fluid(window)?;
-        let condition46 = pair.condition46(self.enforce);
-        Ok((*window, condition46, pair.applied()))
+        pair.take_load(self.enforce);
+        let (condition46, applied) = pair.condition46();
+        Ok((*window, condition46, applied))
     }
 }

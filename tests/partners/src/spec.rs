@@ -37,6 +37,11 @@ const ANY: &[Choice] = &[
 const STRUCTURE: &[Choice] = &[
     ("points", Some("10"), "interface points, on a line along x"),
     ("grid", Some(""), "interface points on a box instead, as 4x10 or 4x10x2"),
+    (
+        "outline",
+        Some(""),
+        "instead the outline of a box of cells, as 8x2: a boundary mesh that takes forces; two dimensions",
+    ),
     ("spacing", Some("0.01"), "distance of neighbouring points (m)"),
     ("origin", Some("0"), "position of the first point (m): one number, or one a component"),
     ("density", Some("1000"), "density (kg/m³)"),
@@ -481,6 +486,20 @@ impl Read<'_> {
         }
         let origin = self.vector("origin", d);
         let (spacing, density) = (self.positive("spacing"), self.positive("density"));
+        let outline = self.text("outline")?;
+        if !outline.is_empty() {
+            let read: Vec<usize> = outline.split('x').filter_map(|n| n.parse().ok()).collect();
+            return match read[..] {
+                [nx, ny] if d == 2 && nx > 0 && ny > 0 => {
+                    Some(Points::on_outline([nx, ny], &origin, spacing, density))
+                }
+                _ => self.wrong(
+                    "outline",
+                    &outline,
+                    "two positive whole numbers with x between them, in two dimensions",
+                ),
+            };
+        }
         Some(Points::on_lattice(&counts, &origin, spacing, density))
     }
 

@@ -5,7 +5,7 @@ use interfaces::{SubSteps, TimeWindow, WindowReport};
 use partners::conformance::{Options, check, plausible};
 use partners::{Log, Recording, build};
 
-const MOCKS: [&str; 18] = [
+const MOCKS: [&str; 20] = [
     "rigid points=4",
     "rigid dimension=3 grid=2x3x2",
     "prescribed",
@@ -20,6 +20,8 @@ const MOCKS: [&str; 18] = [
     "idle role=fluid varies=yes",
     "idle role=structure interpolates=yes",
     "spring-mass load=linear",
+    "spring-mass outline=4x2 load=linear",
+    "prescribed outline=3x1 law=swing pivot=0,1 duration=0.3",
     "harmonic gradient=3 frequency=2",
     "added-mass-column mass=2 gravity=9.81",
     "added-mass-column mass=2 wall=compliant axis=x",

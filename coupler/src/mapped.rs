@@ -1,0 +1,311 @@
+//! A structure whose points are not those of the fluid, behind a mapping: to the coupling it is a structure whose particles fill its bodies.
+//!
+//! The structure names its own points, such as the vertices of a boundary mesh, and its facets. The fluid meets particles on a lattice in the bodies
+//! of the case. Motion goes to them by the weights of a [`Mapping`] (`u_t = Σ W_ts u_s`, of displacements since the weights were made); loads on
+//! them come back by the transpose, as forces: force, moment and power are kept. A rigid motion stays one. Everything between fluid and structure is
+//! on the fluid's side of the mapping: condition (46), acceleration, records.
+
+use crate::mapping::{Mapping, MappingError, Method, POINTS_PER_CLUSTER, Settings};
+use crate::phase::{Announce, Phase};
+use interfaces::case::Case;
+use interfaces::case::coupling::{self, MappingMethod};
+use interfaces::port::names;
+use interfaces::{
+    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, TimeWindow,
+    WindowReport,
+};
+
+/// Particles that fill the bodies of a case.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Filling {
+    /// Positions in the reference configuration (m), flat.
+    pub positions: Vec<f64>,
+    /// Volumes (m³).
+    pub volumes: Vec<f64>,
+    /// Density (kg/m³).
+    pub density: f64,
+}
+
+impl Filling {
+    /// On lattices of about `spacing` (m) in the bodies' boxes.
+    pub fn of(case: &Case, spacing: f64) -> Self {
+        let mut filling = Self::default();
+        let Some(structure) = &case.structure else { return filling };
+        filling.density = structure.material.density;
+        for body in &structure.bodies {
+            let (counts, extent) = (body.bounds.lattice_counts(spacing), body.bounds.extent());
+            let cell: Vec<f64> = extent.iter().zip(&counts).map(|(length, n)| length / *n as f64).collect();
+            for point in 0..counts.iter().product() {
+                let mut rest: usize = point;
+                for axis in 0..counts.len() {
+                    let at = (rest % counts[axis]) as f64 + 0.5;
+                    filling.positions.push(body.bounds.low[axis] + at * cell[axis]);
+                    rest /= counts[axis];
+                }
+                filling.volumes.push(cell.iter().product());
+            }
+        }
+        filling
+    }
+}
+
+/// A structure behind a mapping.
+pub struct Mapped<P> {
+    inner: P,
+    description: Description,
+    choice: coupling::Mapping,
+    filling: Filling,
+    announce: Announce,
+    /// The structure's own fields.
+    inputs: Fields,
+    outputs: Fields,
+    /// Made at initialisation.
+    mapping: Option<Mapping>,
+    /// Positions for which the weights were made (m): the structure's, the particles'.
+    made_at: [Vec<f64>; 2],
+    /// Positions of the particles at the last solution's end (m).
+    positions: Vec<f64>,
+    /// Forces on the particles (N); displacements of the structure's points (m).
+    scratch: [Vec<f64>; 2],
+}
+
+/// Which of the structure's ports takes the load that the coupling has under that name.
+const LOADS: [(&str, &str); 2] =
+    [(names::PRESSURE_GRADIENT, names::FORCE), (names::START_PRESSURE_GRADIENT, names::START_FORCE)];
+
+impl<P: Participant> Mapped<P> {
+    /// Puts a structure behind a mapping to the particles.
+    ///
+    /// # Errors
+    /// Where the structure lacks what it needs for that: positions of its own number of points, and a port for the force.
+    pub fn new(
+        inner: P,
+        choice: coupling::Mapping,
+        filling: Filling,
+        announce: Announce,
+    ) -> Result<Self, ParticipantError> {
+        let own = inner.describe();
+        let port = |name, direction| own.ports.iter().find(|p| p.name == name && p.direction == direction);
+        let missing = |what: &str| {
+            let remedy = "leave out coupling.mapping, or mend the participant";
+            ParticipantError::failed(format!("a structure behind a mapping {what}: {remedy}"))
+        };
+        if port(names::POSITION, Direction::Out).is_none_or(|position| position.points.is_none()) {
+            return Err(missing("gives `position` and says at how many points"));
+        }
+        let takes = |name| port(name, Direction::In).is_some();
+        if !takes(names::FORCE) && !takes(names::PRESSURE_GRADIENT) {
+            return Err(missing("takes `force`, or `pressure_gradient` where its points have volumes"));
+        }
+        if !takes(names::FORCE) && port(names::REFERENCE_VOLUME, Direction::Out).is_none() {
+            return Err(missing("that takes `pressure_gradient` gives `reference_volume`"));
+        }
+        let (d, n) = (own.dimension, Some(filling.volumes.len()));
+        let of = |name, quantity, direction| Port::new(name, quantity, d, n, direction);
+        let mut ports = vec![
+            of(names::REFERENCE_VOLUME, Quantity::ReferenceVolume, Direction::Out).constant(),
+            of(names::DENSITY, Quantity::Density, Direction::Out).constant(),
+            of(names::POSITION, Quantity::Position, Direction::Out),
+            of(names::PRESSURE_GRADIENT, Quantity::PressureGradient, Direction::In),
+        ];
+        if port(names::VELOCITY, Direction::Out).is_some() {
+            ports.push(of(names::VELOCITY, Quantity::Velocity, Direction::Out));
+        }
+        if takes(names::START_FORCE) || takes(names::START_PRESSURE_GRADIENT) {
+            ports.push(of(names::START_PRESSURE_GRADIENT, Quantity::PressureGradient, Direction::In));
+        }
+        let description = Description { ports, solver: format!("{}, mapped", own.solver), ..own.clone() };
+        Ok(Self {
+            inner,
+            description,
+            choice,
+            positions: filling.positions.clone(),
+            filling,
+            announce,
+            inputs: Fields::default(),
+            outputs: Fields::default(),
+            mapping: None,
+            made_at: [Vec::new(), Vec::new()],
+            scratch: [Vec::new(), Vec::new()],
+        })
+    }
+
+    fn method(&self) -> Result<Method, ParticipantError> {
+        Ok(match self.choice.method {
+            MappingMethod::NearestNeighbour => Method::NearestNeighbour,
+            MappingMethod::NearestNeighbourGradient => Method::NearestNeighbourGradient,
+            MappingMethod::RadialBasis => Method::RadialBasis { points_per_cluster: POINTS_PER_CLUSTER },
+            MappingMethod::NearestProjection => {
+                let facets = self.outputs.get(names::FACETS).ok_or_else(|| {
+                    ParticipantError::failed(
+                        "coupling.mapping.method = \"nearest-projection\" needs the structure's `facets`, which it does not give; take \"radial-basis\"",
+                    )
+                })?;
+                let vertex = |number: &f64| {
+                    let whole = *number >= 0.0 && number.fract() == 0.0 && *number < 1e15;
+                    whole.then_some(*number as usize).ok_or_else(|| {
+                        ParticipantError::failed(format!(
+                            "field `facets` has {number}, which is the number of no point"
+                        ))
+                    })
+                };
+                Method::NearestProjection { facets: facets.iter().map(vertex).collect::<Result<_, _>>()? }
+            }
+        })
+    }
+
+    /// The structure's loads from those on the particles.
+    fn take_loads(&mut self, given: &Fields) -> Result<(), ParticipantError> {
+        let Self { inputs, outputs, filling, mapping, scratch, description, .. } = self;
+        let (mapping, d) = (initialised(mapping), description.dimension);
+        for (name, force_name) in LOADS {
+            let Some(load) = given.get(name) else { continue };
+            if let Some(force) = inputs.get_mut(force_name) {
+                let of_particles = &mut scratch[0];
+                of_particles.resize(load.len(), 0.0);
+                let each = of_particles.chunks_exact_mut(d).zip(load.chunks_exact(d)).zip(&filling.volumes);
+                for ((force, gradient), volume) in each {
+                    for (f, g) in force.iter_mut().zip(gradient) {
+                        *f = -volume * g;
+                    }
+                }
+                mapping.conservative(d, of_particles, force);
+            } else if let Some(gradient) = inputs.get_mut(name) {
+                let volumes = outputs.get(names::REFERENCE_VOLUME).unwrap_or(&[]);
+                mapping
+                    .conservative_per_volume(d, &filling.volumes, load, volumes, gradient)
+                    .map_err(failed)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The particles' motion from that of the structure.
+    fn give_motion(&mut self, given: &mut Fields) {
+        let Self { outputs, mapping, made_at, scratch, description, positions, .. } = self;
+        let (mapping, d) = (initialised(mapping), description.dimension);
+        if let Some(own) = outputs.get(names::POSITION) {
+            let displacement = &mut scratch[1];
+            displacement.clear();
+            displacement.extend(own.iter().zip(&made_at[0]).map(|(now, then)| now - then));
+            mapping.consistent(d, displacement, positions);
+            positions.iter_mut().zip(&made_at[1]).for_each(|(x, then)| *x += then);
+            if let Some(field) = given.get_mut(names::POSITION) {
+                field.copy_from_slice(positions);
+            }
+        }
+        if let (Some(own), Some(field)) = (outputs.get(names::VELOCITY), given.get_mut(names::VELOCITY)) {
+            mapping.consistent(d, own, field);
+        }
+    }
+
+    /// Makes the weights for where the points are now.
+    fn rebuild(&mut self) -> Result<(), ParticipantError> {
+        let own = self.outputs.get(names::POSITION).unwrap_or(&[]);
+        let [source, target] = &mut self.made_at;
+        source.copy_from_slice(own);
+        target.copy_from_slice(&self.positions);
+        self.mapping
+            .as_mut()
+            .expect("a mapping is made at initialisation, which comes before all else")
+            .update(source, target)
+            .map_err(failed)
+    }
+}
+
+fn initialised(mapping: &Option<Mapping>) -> &Mapping {
+    mapping.as_ref().expect("a mapping is made at initialisation, which comes before all else")
+}
+
+#[expect(clippy::needless_pass_by_value, reason = "what map_err gives")]
+fn failed(error: MappingError) -> ParticipantError {
+    ParticipantError::failed(format!(
+        "failed to map between the structure's points and those in its bodies: {error}"
+    ))
+}
+
+impl<P: Participant> Participant for Mapped<P> {
+    fn describe(&self) -> &Description {
+        &self.description
+    }
+
+    fn initialize(
+        &mut self,
+        start: f64,
+        _inputs: &Fields,
+        outputs: &mut Fields,
+    ) -> Result<Readiness, ParticipantError> {
+        self.inputs = self.inner.describe().fields(Direction::In, 0);
+        self.outputs = self.inner.describe().fields(Direction::Out, 0);
+        let ready = self.inner.initialize(start, &self.inputs, &mut self.outputs)?;
+        let settings = Settings {
+            dimension: self.description.dimension,
+            reach: self.choice.reach,
+            method: self.method()?,
+        };
+        let own = self.outputs.get(names::POSITION).unwrap_or(&[]).to_vec();
+        let announce = self.announce.clone();
+        announce.during(Phase::Mapping, || {
+            self.mapping = Some(Mapping::build(settings, &own, &self.filling.positions).map_err(failed)?);
+            self.made_at = [own, self.filling.positions.clone()];
+            self.give_motion(outputs);
+            Ok::<_, ParticipantError>(())
+        })?;
+        if let Some(field) = outputs.get_mut(names::REFERENCE_VOLUME) {
+            field.copy_from_slice(&self.filling.volumes);
+        }
+        if let Some(field) = outputs.get_mut(names::DENSITY) {
+            field.fill(self.filling.density);
+        }
+        Ok(ready)
+    }
+
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+        let announce = self.announce.clone();
+        announce.during(Phase::Mapping, || self.take_loads(inputs))?;
+        self.inner.start(window, &self.inputs)
+    }
+
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+        let report = self.inner.finish(&mut self.outputs)?;
+        let announce = self.announce.clone();
+        announce.during(Phase::Mapping, || self.give_motion(outputs));
+        Ok(report)
+    }
+
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+        self.inner.accept(snapshot)?;
+        if self.choice.rebuild {
+            let announce = self.announce.clone();
+            announce.during(Phase::Mapping, || self.rebuild())?;
+        }
+        Ok(())
+    }
+
+    /// The structure's state, and where the weights were made.
+    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+        let made_at = self.made_at.iter().flatten().flat_map(|x| x.to_le_bytes());
+        let mut state: Vec<u8> = made_at.collect();
+        state.extend(self.inner.save()?);
+        Ok(state)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        let lengths = [self.made_at[0].len(), self.made_at[1].len()];
+        let (made_at, own) = state
+            .split_at_checked(8 * (lengths[0] + lengths[1]))
+            .ok_or_else(|| ParticipantError::failed("the saved state is not one of this mapping"))?;
+        let (values, _) = made_at.as_chunks::<8>();
+        let values: Vec<f64> = values.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        let (source, target) = values.split_at(lengths[0]);
+        self.made_at = [source.to_vec(), target.to_vec()];
+        if let Some(mapping) = &mut self.mapping {
+            mapping.update(source, target).map_err(failed)?;
+        }
+        self.inner.restore(own)
+    }
+
+    fn terminate(&mut self) -> Result<(), ParticipantError> {
+        self.inner.terminate()
+    }
+}

@@ -1,0 +1,92 @@
+//! `meniscus bench exchange`, and what a trace and an early end leave, as a user runs them.
+
+use crate::support::{Bench, MENISCUS};
+use output::summary::Status;
+
+#[test]
+fn the_exchange_is_measured_and_leaves_nothing() {
+    let bench = Bench::new();
+    let ended = bench.call(&["bench", "exchange", "50", "--windows", "40"]);
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    for series in [
+        "serial-explicit",
+        "100 interpolated sub-steps",
+        "serial-explicit, predicted",
+        "serial-implicit, 2 IQN-ILS iterations",
+        "serial-implicit, 4 IQN-ILS iterations",
+    ] {
+        let line = ended.text.lines().find(|line| line.trim_start().starts_with(&format!("{series}  ")));
+        let numbers: Vec<f64> = line
+            .unwrap_or_else(|| panic!("{series} is not in {}", ended.text))
+            .rsplit("  ")
+            .filter_map(|word| word.trim().parse().ok())
+            .collect();
+        assert!(numbers.len() >= 8 && numbers.iter().all(|x| *x >= 0.0), "{line:?}");
+    }
+}
+
+/// `<role>.participant.command` for `meniscus mock <words>`.
+fn mock(role: &str, words: &str) -> String {
+    let words: Vec<_> = words.split_whitespace().map(|word| format!("\"{word}\"")).collect();
+    format!("{role}.participant.command=[\"{MENISCUS}\", \"mock\", {}]", words.join(", "))
+}
+
+#[test]
+fn a_run_that_a_participant_ends_completes_and_says_why() {
+    let bench = Bench::new();
+    let ended = bench
+        .start_run(
+            "out",
+            &[
+                "cases/elastic_gate",
+                "--set",
+                &mock("fluid", "constant gradient=0,1e3 end_after=0.015"),
+                "--set",
+                &mock("structure", "spring-mass"),
+                "--set",
+                "case.output_interval=0.01",
+                "--trace",
+            ],
+        )
+        .wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    let summary = bench.outputs("out").summary();
+    assert_eq!(summary.status, Status::Completed);
+    assert_eq!(summary.message.as_deref(), Some("the fluid asked for it"));
+    assert_eq!((summary.windows, summary.simulated_seconds), (2, 0.02));
+    assert!(ended.text.contains("the fluid asked for it"), "{}", ended.text);
+    let coupler = &summary.roles["coupler"].extra;
+    for phase in ["sending", "waiting", "mapping", "condition_46", "acceleration", "records", "coupling"] {
+        let seconds = coupler[&format!("{phase}_seconds")].as_f64();
+        assert!(seconds.is_some_and(|s| s >= 0.0), "{phase}: {coupler:?}");
+    }
+}
+
+#[test]
+fn a_steady_state_of_the_case_ends_the_run() {
+    let bench = Bench::new();
+    let ended = bench
+        .start_run(
+            "out",
+            &[
+                "cases/elastic_gate",
+                "--set",
+                &mock("fluid", "constant gradient=0,1e3"),
+                "--set",
+                &mock("structure", "spring-mass stiffness=400 damping=20"),
+                "--set",
+                "coupling.steady_state={ rate = 1e-3, duration = 0.1 }",
+                "--set",
+                "case.end_time=100",
+                "--set",
+                "coupling.max_window=0.01",
+                "--no-report",
+            ],
+        )
+        .wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    let summary = bench.outputs("out").summary();
+    assert_eq!(summary.status, Status::Completed);
+    assert!(summary.message.is_some_and(|why| why.starts_with("a steady state")));
+    assert!(summary.simulated_seconds < 5.0, "{}", summary.simulated_seconds);
+}
