@@ -74,77 +74,99 @@ pub fn enforce(interface: &Interface, load: &mut [f64]) -> bool {
     true
 }
 
-/// Measures the condition for the load as `sent`, and as `passed` on; they are the same where it was not enforced.
-pub fn measure(interface: &Interface, sent: &[f64], passed: Option<&[f64]>) -> Condition46 {
-    let before = resultant(interface, sent);
+/// Measures the condition for the load as `sent`, and as `passed` on; they are the same where it was not enforced. The second resultant is that of the
+/// load `applied`.
+pub fn measure(
+    interface: &Interface,
+    sent: &[f64],
+    passed: Option<&[f64]>,
+    applied: &[f64],
+) -> (Condition46, Resultant) {
     let Some(reaction) = &interface.reaction else {
-        return Condition46 { given: before, before, after: before, ..Condition46::default() };
+        let [before, applied] = resultants(interface, [sent, applied]);
+        return (Condition46 { given: before, before, after: before, ..Condition46::default() }, applied);
     };
-    let residual_before = residual(interface.components, interface.volume, reaction, sent);
-    Condition46 {
-        residual_before,
-        residual_after: passed
-            .map_or(residual_before, |g| residual(interface.components, interface.volume, reaction, g)),
-        given: resultant(interface, reaction.pair_reaction),
-        before,
-        after: passed.map_or(before, |g| resultant(interface, g)),
-    }
+    let passed = passed.unwrap_or(sent);
+    let [before, after, given, applied] =
+        resultants(interface, [sent, passed, reaction.pair_reaction, applied]);
+    let residual = |load| residual(interface.components, interface.volume, reaction, load);
+    let (residual_before, residual_after) = (residual(sent), residual(passed));
+    (Condition46 { residual_before, residual_after, given, before, after }, applied)
 }
 
-/// Resultants of the load field `g` (Pa/m).
-pub fn resultant(interface: &Interface, load: &[f64]) -> Resultant {
+/// Resultants of load fields `g` (Pa/m).
+pub fn resultants<const K: usize>(interface: &Interface, loads: [&[f64]; K]) -> [Resultant; K] {
     match interface.components {
-        2 => resultant_in_plane(interface, load),
-        _ => resultant_in_space(interface, load),
+        2 => resultants_in_plane(interface, loads),
+        _ => loads.map(|load| resultant_in_space(interface, load)),
     }
 }
 
 /// Four points at once, in sums of their own, so that a machine that adds eight numbers at a time can.
-fn resultant_in_plane(interface: &Interface, load: &[f64]) -> Resultant {
+fn resultants_in_plane<const K: usize>(interface: &Interface, loads: [&[f64]; K]) -> [Resultant; K] {
     let Interface { volume, position, velocity, .. } = *interface;
     pulp::Arch::new().dispatch(
         #[inline(always)]
         || {
             let (volumes, last) = volume.as_chunks::<4>();
-            let blocks = |field| <[f64]>::as_chunks::<8>(field).0.iter();
-            let [mut force, mut moment, mut power] = [[0.0; 8]; 3];
-            let fields = blocks(load).zip(blocks(position)).zip(blocks(velocity));
-            for (volume, ((load, position), velocity)) in volumes.iter().zip(fields) {
-                let mut pushed = [0.0; 8];
-                for i in 0..8 {
-                    pushed[i] = -volume[i / 2] * load[i];
-                    force[i] += pushed[i];
-                    power[i] += pushed[i] * velocity[i];
-                }
-                for i in 0..8 {
-                    moment[i] += position[i] * pushed[i ^ 1];
+            let blocks = |field| <[f64]>::as_chunks::<8>(field).0;
+            let (positions, velocities, fields) = (blocks(position), blocks(velocity), loads.map(blocks));
+            let mut sums = [Lanes::default(); K];
+            for (at, volume) in volumes.iter().enumerate() {
+                for (sums, field) in sums.iter_mut().zip(&fields) {
+                    sums.add(volume, &field[at], &positions[at], &velocities[at]);
                 }
             }
-            for (i, volume) in last.iter().enumerate() {
-                let at = 2 * (volume_start(volumes) + i);
-                let pushed = [-volume * load[at], -volume * load[at + 1]];
-                for axis in 0..2 {
-                    force[axis] += pushed[axis];
-                    power[axis] += pushed[axis] * velocity[at + axis];
-                    moment[axis] += position[at + axis] * pushed[axis ^ 1];
-                }
-            }
-            let of = |lanes: &[f64; 8], axis: usize| {
-                (lanes[axis] + lanes[axis + 4]) + (lanes[axis + 2] + lanes[axis + 6])
+            // What is left of a block is a block with volumes of zero.
+            let mut volume = [0.0; 4];
+            volume[..last.len()].copy_from_slice(last);
+            let rest = |field: &[f64]| {
+                let mut block = [0.0; 8];
+                let rest = &field[8 * volumes.len()..];
+                block[..rest.len()].copy_from_slice(rest);
+                block
             };
-            Resultant {
-                force: [of(&force, 0), of(&force, 1), 0.0],
-                // x F_y − y F_x
-                moment: [0.0, 0.0, of(&moment, 0) - of(&moment, 1)],
-                power: of(&power, 0) + of(&power, 1),
+            for (sums, load) in sums.iter_mut().zip(loads) {
+                sums.add(&volume, &rest(load), &rest(position), &rest(velocity));
             }
+            sums.map(|sums| sums.resultant())
         },
     )
 }
 
-/// Points in whole blocks.
-fn volume_start(blocks: &[[f64; 4]]) -> usize {
-    4 * blocks.len()
+/// Sums over every fourth point, x and y in turn.
+#[derive(Clone, Copy, Default)]
+struct Lanes {
+    force: [f64; 8],
+    /// `x F_y` and `y F_x`.
+    moment: [f64; 8],
+    power: [f64; 8],
+}
+
+impl Lanes {
+    #[inline(always)]
+    fn add(&mut self, volume: &[f64; 4], load: &[f64; 8], position: &[f64; 8], velocity: &[f64; 8]) {
+        let mut pushed = [0.0; 8];
+        for i in 0..8 {
+            pushed[i] = -volume[i / 2] * load[i];
+            self.force[i] += pushed[i];
+            self.power[i] += pushed[i] * velocity[i];
+        }
+        for i in 0..8 {
+            self.moment[i] += position[i] * pushed[i ^ 1];
+        }
+    }
+
+    fn resultant(&self) -> Resultant {
+        let of = |lanes: &[f64; 8], axis: usize| {
+            (lanes[axis] + lanes[axis + 4]) + (lanes[axis + 2] + lanes[axis + 6])
+        };
+        Resultant {
+            force: [of(&self.force, 0), of(&self.force, 1), 0.0],
+            moment: [0.0, 0.0, of(&self.moment, 0) - of(&self.moment, 1)],
+            power: of(&self.power, 0) + of(&self.power, 1),
+        }
+    }
 }
 
 fn resultant_in_space(interface: &Interface, load: &[f64]) -> Resultant {
@@ -208,12 +230,12 @@ mod tests {
     fn enforced(load: &mut [f64]) -> Condition46 {
         let sent = load.to_vec();
         assert!(enforce(&interface(), load));
-        measure(&interface(), &sent, Some(load))
+        measure(&interface(), &sent, Some(load), load).0
     }
 
     #[test]
     fn resultants_by_hand() {
-        let sum = resultant(&interface(), &REACTION);
+        let [sum] = resultants(&interface(), [&REACTION]);
         assert_eq!(sum.force, [-20.0, -2.0, 0.0]);
         // r × f: (0, 1) × (−20, 0) = 20; (3, 0) × (0, −2) = −6.
         assert_eq!(sum.moment, [0.0, 0.0, 14.0]);
@@ -236,13 +258,14 @@ mod tests {
     #[test]
     fn measuring_alone_changes_nothing_and_an_untouched_interface_has_no_residual() {
         let load = [13.0, 7.0, -1.0, 4.0];
-        let found = measure(&interface(), &load, None);
+        let (found, applied) = measure(&interface(), &load, None, &load);
+        assert_eq!(applied, found.before);
         assert_eq!((found.residual_before, found.before), (found.residual_after, found.after));
         let dry = Reaction { pair_reaction: &[0.0; 4], normal: &NORMAL };
         let dry = Interface { reaction: Some(dry), ..interface() };
-        assert_eq!(measure(&dry, &[0.0; 4], None).residual_before, 0.0);
+        assert_eq!(measure(&dry, &[0.0; 4], None, &[0.0; 4]).0.residual_before, 0.0);
         let taciturn = Interface { reaction: None, ..interface() };
-        let found = measure(&taciturn, &load, None);
+        let (found, _) = measure(&taciturn, &load, None, &load);
         assert_eq!((found.residual_before, found.given), (0.0, found.before));
         assert!(!enforce(&taciturn, &mut [0.0; 4]));
     }
@@ -262,8 +285,9 @@ mod tests {
                 velocity: &velocity,
                 reaction: None,
             };
-            let load = field(4, 2 * points);
-            assert_eq!(resultant_in_plane(&interface, &load), resultant_in_space(&interface, &load));
+            let loads = [field(4, 2 * points), field(5, 2 * points)];
+            let found = resultants_in_plane(&interface, [&loads[0], &loads[1]]);
+            assert_eq!(found, [0, 1].map(|k| resultant_in_space(&interface, &loads[k])));
         }
     }
 }

@@ -56,7 +56,7 @@ impl Timing {
         let mut sums = self.0.borrow_mut();
         let phase = sums.phase;
         sums.enter(phase);
-        Phase::ALL.into_iter().zip(sums.seconds).collect()
+        Phase::ALL.into_iter().map(|phase| (phase, sums.seconds[phase as usize])).collect()
     }
 
     /// Writes the trace out as far as it has come; ends it where there will be no more.
@@ -166,5 +166,21 @@ impl<P: Participant> Participant for Timed<P> {
     fn terminate(&mut self) -> Result<(), ParticipantError> {
         let Self { inner, announce, .. } = self;
         announce.during(Phase::Waiting, || inner.terminate())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_goes_to_the_phase_in_which_it_passed() {
+        let timing = Timing::new(None);
+        timing.announce().during(Phase::Records, || std::thread::sleep(std::time::Duration::from_millis(20)));
+        for (phase, seconds) in timing.seconds() {
+            // A sleep is never shorter than asked for; all the rest is some microseconds, or what the machine took.
+            assert!(phase != Phase::Records || seconds >= 0.02, "{phase:?} {seconds}");
+            assert!(seconds >= 0.0);
+        }
     }
 }

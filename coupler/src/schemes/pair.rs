@@ -178,7 +178,7 @@ impl Pair {
             let interface = interface(&self.fluid, &self.structure, &self.volume, &self.zeros);
             let sent = self.fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(&self.zeros);
             let passed = self.enforced.then_some(self.new_load.as_slice());
-            (condition46::measure(&interface, sent, passed), condition46::resultant(&interface, &self.load))
+            condition46::measure(&interface, sent, passed, &self.load)
         })
     }
 
