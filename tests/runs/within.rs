@@ -1,12 +1,16 @@
 //! What happens within a window, and what ends a run before its end time: loads that go linearly over a window, ends asked for, steady states.
 
+use coupler::acceleration::Acceleration;
+use coupler::acceleration::quasi_newton::{Choice, QuasiNewton};
+use coupler::convergence::Measures;
 use coupler::schedule::Schedule;
+use coupler::schemes::implicit::Implicit;
 use coupler::schemes::serial_explicit::SerialExplicit;
 use coupler::schemes::{Onward, Pair, alone};
 use coupler::side::Side;
 use interfaces::case::coupling::LoadInWindow::{self, Held, Linear};
-use interfaces::case::coupling::StructureVelocity::Mean;
-use interfaces::case::coupling::{SteadyQuantity, SteadyState};
+use interfaces::case::coupling::StructureVelocity::{self, End, Mean};
+use interfaces::case::coupling::{AtLimit, SteadyQuantity, SteadyState};
 use interfaces::{Guarded, SubSteps};
 use partners::{Log, Recording, build};
 use std::f64::consts::TAU;
@@ -55,6 +59,52 @@ fn a_load_that_is_linear_within_a_window_raises_the_order() {
     // A structure that asks for the load at the start, in a case that holds it, gets the same at both ends.
     let asked = height("load=linear", Held, 0.01, &EXPLICIT);
     assert!((asked - height("", Held, 0.01, &EXPLICIT)).abs() < 1e-15, "{asked}");
+}
+
+/// A mass of 1 kg on a spring under a column of `mass_ratio` times its mass, against a moving wall and iterated: the largest height (m) over the last of a
+/// hundred windows, of 0.1 of the structure's own phase, from 1 cm.
+fn last_height(mass_ratio: f64, load_in_window: LoadInWindow, velocity: StructureVelocity) -> f64 {
+    let side = |words: &str| Side::new(Box::new(Guarded::new(build(words).expect("a mock"))));
+    let fluid = side(&format!("added-mass-column wall=moving mass={mass_ratio}"));
+    let structure = side("spring-mass stiffness=4e3 displacement=0,0.01 load=linear");
+    let mut pair = Pair::initialize(fluid, structure, 0.0, velocity).expect("they fit");
+    pair.load_in_window = load_in_window;
+    let choice =
+        Choice { relaxation: 0.1, reused_windows: 0, multi_vector: false, filter: 1e-3, columns: 100 };
+    let mut scheme = Implicit {
+        parallel: false,
+        enforce: true,
+        measures: Measures { absolute: None, relative: Some(1e-8), residual_relative: None, all: false },
+        iterations_limit: 50,
+        at_limit: AtLimit::Stop,
+        acceleration: Acceleration::QuasiNewton(Box::new(QuasiNewton::new(choice))),
+        extrapolation: 0,
+    };
+    let size = 0.1 / 4e3_f64.sqrt();
+    let mut schedule = Schedule::new(0.0, 100.0 * size, 100.0 * size, size, SubSteps::Stable);
+    let mut largest = 0.0_f64;
+    let run = scheme.run(&mut pair, &mut schedule, |accepted, pair| {
+        if accepted.window.index >= 90 {
+            largest = largest.max(pair.structure.scalars[1].abs());
+        }
+        Ok(Onward::Continue)
+    });
+    run.expect("every window converges");
+    largest
+}
+
+/// To a held load answers the mean velocity, to a linear one that at the end: each pair is stable at every added mass. The linear load with the mean
+/// velocity has `a₁ = −μ (a₋₁ + 4 a₀ + a₁)/6` for slow modes, which grows over μ = 3.
+#[test]
+fn a_linear_load_goes_with_the_velocity_at_the_end() {
+    for mass_ratio in [0.5, 2.5, 9.0, 100.0] {
+        // A tenth more than at the start: the fluid's load at the very start is none, of which the first window's ramp takes half.
+        assert!(last_height(mass_ratio, Held, Mean) < 0.011, "{mass_ratio}");
+        assert!(last_height(mass_ratio, Linear, End) < 0.011, "{mass_ratio}");
+    }
+    assert!(last_height(2.5, Linear, Mean) < 0.011);
+    // By 1.29 a window at μ = 4: (1 + 4/6) z² + 16/6 z + 4/6 = 0.
+    assert!(last_height(4.0, Linear, Mean) > 1.0);
 }
 
 /// Without a prediction the load comes a window late: first order whatever is done within the window, and each solves once.

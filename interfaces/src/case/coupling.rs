@@ -33,7 +33,7 @@ pub struct CouplingKeys {
     /// Relaxation, over 0 and at most 1: of the load, 1 with the mean velocity and 0.5 with that at the end if left out; of an implicit scheme's first iterations, 0.1.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub relaxation: Option<f64>,
-    /// Velocity of the structure over a window that the fluid meets; mean if left out.
+    /// Velocity of the structure over a window that the fluid meets; mean if left out, end where the load is linear.
     pub structure_velocity: Option<StructureVelocity>,
     /// Whether the pressure equation carries the structure's compliance; yes if left out.
     pub compliance: Option<bool>,
@@ -193,6 +193,16 @@ pub enum LoadInWindow {
     Held,
     /// From the last accepted window's load at the start to the window's at the end, linearly.
     Linear,
+}
+
+impl LoadInWindow {
+    /// The velocity that goes with it: the one that a load of that course never changes against its own direction, however stiff the structure.
+    pub fn structure_velocity(self) -> StructureVelocity {
+        match self {
+            Self::Held => StructureVelocity::Mean,
+            Self::Linear => StructureVelocity::End,
+        }
+    }
 }
 
 /// Between a structure's own points and points that fill its bodies.
@@ -368,7 +378,8 @@ pub enum LoadForm {
 impl CouplingKeys {
     /// Fills in what was left out.
     pub(super) fn resolve(&self, general: &General, structure_spacing: f64) -> Coupling {
-        let structure_velocity = self.structure_velocity.unwrap_or(StructureVelocity::Mean);
+        let load_in_window = self.load_in_window.unwrap_or(LoadInWindow::Held);
+        let structure_velocity = self.structure_velocity.unwrap_or(load_in_window.structure_velocity());
         let scheme = self.scheme.unwrap_or(CouplingScheme::SerialExplicit);
         let implicit = scheme.is_implicit();
         let relaxation = if implicit { IMPLICIT_RELAXATION } else { structure_velocity.relaxation() };
@@ -382,7 +393,7 @@ impl CouplingKeys {
             },
             load: self.load.unwrap_or(LoadForm::Transpose),
             prediction: (scheme == CouplingScheme::SerialExplicit).then(|| self.prediction.unwrap_or(true)),
-            load_in_window: self.load_in_window.unwrap_or(LoadInWindow::Held),
+            load_in_window,
             relaxation: self.relaxation.unwrap_or(relaxation),
             structure_velocity,
             compliance: self.compliance.unwrap_or(true),
