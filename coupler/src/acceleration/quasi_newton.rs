@@ -23,7 +23,8 @@ pub const LEAST_FILTER: f64 = 1e-6;
 pub struct Choice {
     /// Relaxation of an iteration that has no column to go by.
     pub relaxation: f64,
-    /// Earlier windows whose differences are used: as columns (inverse least squares), or as factors of `J_prev` (multi-vector).
+    /// Earlier windows whose differences are used: as columns (inverse least squares), or as factors of `J_prev` (multi-vector: up to twice as many, before
+    /// it starts anew from so many).
     pub reused_windows: usize,
     /// Whether the earlier windows make a Jacobian of their own.
     pub multi_vector: bool,
@@ -49,6 +50,8 @@ struct Column {
 struct Factor {
     /// `W − J V`, column by column.
     images: Vec<Vec<f64>>,
+    /// `W`, column by column.
+    observed: Vec<Vec<f64>>,
     /// `V`, column by column.
     residuals: Vec<Vec<f64>>,
     sizes: Vec<f64>,
@@ -237,23 +240,40 @@ impl QuasiNewton {
         if kept.is_empty() {
             return;
         }
-        let mut images = Vec::with_capacity(kept.len());
-        let mut residuals = Vec::with_capacity(kept.len());
-        for &column in &kept {
-            let Column { residual, image, .. } = &self.columns[column];
-            let mut own = image.clone();
-            for factor in &self.factors {
-                factor.subtract(blocks, residual, &mut own);
-            }
-            images.push(own);
-            residuals.push(residual.clone());
+        let kept = kept.iter().map(|&column| &self.columns[column]);
+        let (residuals, observed): (Vec<_>, Vec<_>) =
+            kept.map(|column| (column.residual.clone(), column.image.clone())).unzip();
+        let mut factor = Factor { images: Vec::new(), observed, residuals, sizes, triangle };
+        factor.explain_beyond(blocks, &self.factors);
+        self.factors.push_front(factor);
+        if self.factors.len() > 2 * self.choice.reused_windows {
+            self.restart(blocks);
         }
-        self.factors.push_front(Factor { images, residuals, sizes, triangle });
-        self.factors.truncate(self.choice.reused_windows);
+    }
+
+    /// Forgets all windows but the newest. What a factor holds is what its window told beyond those before it: without them it would say that `H` hardly
+    /// answers. So the factors that stay are made anew, of what was observed (the restart by least squares of Scheufele and Mehl 2017).
+    fn restart(&mut self, blocks: &[Range<usize>]) {
+        let mut stay = std::mem::take(&mut self.factors);
+        stay.truncate(self.choice.reused_windows);
+        for mut factor in stay.into_iter().rev() {
+            factor.explain_beyond(blocks, &self.factors);
+            self.factors.push_front(factor);
+        }
     }
 }
 
 impl Factor {
+    /// `W − J V` with the `J` of the windows before.
+    fn explain_beyond(&mut self, blocks: &[Range<usize>], before: &VecDeque<Self>) {
+        self.images.clone_from(&self.observed);
+        for (residual, image) in self.residuals.iter().zip(&mut self.images) {
+            for factor in before {
+                factor.subtract(blocks, residual, image);
+            }
+        }
+    }
+
     /// `from ← from − (W − J V) V⁺ r`.
     fn subtract(&self, blocks: &[Range<usize>], r: &[f64], from: &mut [f64]) {
         let with =

@@ -82,6 +82,44 @@ fn reused_windows_know_the_map_already() {
     }
 }
 
+/// A map of which each window meets another direction: what the newest windows told must stand when older ones are forgotten.
+#[test]
+fn the_jacobian_of_many_windows_is_right_about_the_last_ones() {
+    let n = 6;
+    let diagonal = |i: usize| -1.0 - i as f64;
+    let choice =
+        Choice { relaxation: 0.1, reused_windows: 3, multi_vector: true, filter: 1e-6, columns: 100 };
+    let mut method = QuasiNewton::new(choice);
+    // r = y − x with y = D x; each window differs along one axis and a little along the last one met.
+    for window in 0..20 {
+        let mut x = vec![1.0; n];
+        for step in 0..2 {
+            x[window % n] += f64::from(step);
+            x[(window + n - 1) % n] += 0.3 * f64::from(step);
+            let y: Vec<f64> = x.iter().enumerate().map(|(i, x)| diagonal(i) * x).collect();
+            let r: Vec<f64> = y.iter().zip(&x).map(|(y, x)| y - x).collect();
+            if step == 0 {
+                let mut next = x.clone();
+                method.next(&one(n), &mut next, &y, &r);
+            } else {
+                method.end_window(&one(n), &y, &r);
+            }
+        }
+        // The residual of the window's own difference is now answered by its own image.
+        let own: Vec<f64> = (0..n)
+            .map(|i| [(i == window % n, 1.0), (i == (window + n - 1) % n, 0.3)])
+            .map(|parts| parts.iter().filter(|(here, _)| *here).map(|(_, by)| by).sum())
+            .collect();
+        let y: Vec<f64> = own.iter().enumerate().map(|(i, d)| diagonal(i) * d).collect();
+        let r: Vec<f64> = y.iter().zip(&own).map(|(y, d)| y - d).collect();
+        let mut probe = method.clone();
+        let mut next = own.clone();
+        probe.next(&one(n), &mut next, &y, &r);
+        // y − J r = 0 where J r is the image that belongs to r.
+        assert!(next.iter().all(|x| x.abs() < 1e-12), "{window}: {next:?}");
+    }
+}
+
 /// Blocks are weighed by their own size: Pa/m against m/s, or all of one unit, makes no difference.
 #[test]
 fn the_units_of_a_block_do_not_matter() {
