@@ -5,7 +5,7 @@ use interfaces::{SubSteps, TimeWindow, WindowReport};
 use partners::conformance::{Options, check, plausible};
 use partners::{Log, Recording, build};
 
-const MOCKS: [&str; 20] = [
+const MOCKS: [&str; 18] = [
     "rigid points=4",
     "rigid dimension=3 grid=2x3x2",
     "prescribed",
@@ -17,8 +17,6 @@ const MOCKS: [&str; 20] = [
     "hydrostatic dimension=3 level=0.03 plate_thickness=0.02 reaction_factor=0.9",
     "constant gradient=100,-20 pressure=5",
     "constant dimension=3 gradient=100",
-    "idle role=fluid varies=yes",
-    "idle role=structure interpolates=yes",
     "spring-mass load=linear",
     "spring-mass outline=4x2 load=linear",
     "prescribed outline=3x1 law=swing pivot=0,1 duration=0.3",
