@@ -19,11 +19,13 @@ pub enum Phase {
     Acceleration,
     /// Writing tables.
     Records,
+    /// Starting participants and ending them.
+    Starting,
 }
 
 impl Phase {
     /// All of them, in the order of a table.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Sending,
         Self::Waiting,
         Self::Mapping,
@@ -31,6 +33,7 @@ impl Phase {
         Self::Acceleration,
         Self::Records,
         Self::Coupling,
+        Self::Starting,
     ];
 
     /// In words.
@@ -43,6 +46,7 @@ impl Phase {
             Self::Condition46 => "condition (46)",
             Self::Acceleration => "acceleration",
             Self::Records => "records",
+            Self::Starting => "starting and ending",
         }
     }
 
@@ -50,6 +54,7 @@ impl Phase {
     pub fn key(self) -> &'static str {
         match self {
             Self::Condition46 => "condition_46",
+            Self::Starting => "starting_and_ending",
             other => other.name(),
         }
     }

@@ -149,10 +149,12 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
     let trace = options.trace.then(|| Trace::create(&options.out.join(TRACE))).transpose()?;
     let timing = Timing::new(trace);
     let mut participants = Participants::new(timing.clone());
-    let result = participants
-        .start(case, options, solvers)
+    let announce = timing.announce();
+    let result = announce
+        .during(Phase::Starting, || participants.start(case, options, solvers))
         .and_then(|()| windows(case, options, &mut participants, summary));
-    participants.end(summary, result.as_ref().err().is_none_or(RunError::is_interruption));
+    let in_order = result.as_ref().err().is_none_or(RunError::is_interruption);
+    announce.during(Phase::Starting, || participants.end(summary, in_order));
     let coupler = summary.roles.entry("coupler".to_owned()).or_default();
     for (phase, seconds) in timing.seconds() {
         coupler.extra.insert(seconds_key(phase), seconds.into());

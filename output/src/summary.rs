@@ -18,7 +18,7 @@ pub type Extra = BTreeMap<String, serde_json::Value>;
 pub struct Summary {
     /// How the run ended.
     pub status: Status,
-    /// Why, for every status but `completed`.
+    /// Why it did not reach its end time: for every status but `completed`, and for a run that a participant or a steady state ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
     /// Title of the case.

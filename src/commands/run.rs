@@ -101,10 +101,7 @@ fn print_times(summary: &Summary) {
         row(role, used.compute_seconds, "computing");
         row("", used.wait_seconds, "waiting");
     }
-    let mut accounted = 0.0;
     for (index, (phase, seconds)) in coupler::run::phases(summary).into_iter().enumerate() {
-        accounted += seconds;
         row(if index == 0 { "coupler" } else { "" }, seconds, phase);
     }
-    row("", (summary.wall_seconds - accounted).max(0.0), "starting and ending");
 }
