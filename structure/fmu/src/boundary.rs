@@ -63,9 +63,9 @@ unsafe impl Send for Shared {}
 unsafe impl Sync for Shared {}
 
 /// All living instances.
-pub static INSTANCES: Handles<Arc<Shared>> = Handles::new();
+static INSTANCES: Handles<Arc<Shared>> = Handles::new();
 /// All saved states.
-pub static STATES: Handles<Arc<InstanceState>> = Handles::new();
+static STATES: Handles<Arc<InstanceState>> = Handles::new();
 
 /// Makes an instance; null where it cannot be made, after the logger was told.
 pub fn instantiate(
@@ -179,4 +179,107 @@ pub unsafe fn text<'a>(pointer: *const c_char, what: &'static str) -> Result<&'a
     }
     // SAFETY: as the caller promises.
     unsafe { CStr::from_ptr(pointer) }.to_str().map_err(|_| CallError::Text { what })
+}
+
+fn saved(state: *mut c_void) -> Result<Arc<InstanceState>, CallError> {
+    STATES.get(state).ok_or(CallError::Null { what: "the state (freed, or never given)" })
+}
+
+/// Keeps the state of an instance, and puts its handle in `place`; a state that the place holds already is replaced, as both standards allow.
+///
+/// # Safety
+/// As [`array_mut`], for one handle.
+pub unsafe fn get_state(instance: *mut c_void, function: &'static str, place: *mut *mut c_void) -> i32 {
+    call(instance, function, &Phase::SOUND, |instance| {
+        let state = instance.save()?;
+        // SAFETY: as the caller promises.
+        keep_at(unsafe { array_mut(place, 1, "the place for the state")? }, state);
+        Ok(())
+    })
+}
+
+fn keep_at(place: &mut [*mut c_void], state: InstanceState) {
+    let _ = STATES.release(place[0]);
+    place[0] = STATES.keep(Arc::new(state));
+}
+
+/// Goes to a kept state.
+pub fn set_state(instance: *mut c_void, function: &'static str, state: *mut c_void) -> i32 {
+    call(instance, function, &Phase::ALL, |instance| instance.restore(&*saved(state)?))
+}
+
+/// Lets a kept state go, and clears its place.
+///
+/// # Safety
+/// As [`array_mut`], for one handle.
+pub unsafe fn free_state(instance: *mut c_void, function: &'static str, place: *mut *mut c_void) -> i32 {
+    call(instance, function, &Phase::ALL, |_| {
+        // SAFETY: as the caller promises.
+        let place = unsafe { array_mut(place, 1, "the place of the state")? };
+        let _ = STATES.release(place[0]);
+        place[0] = std::ptr::null_mut();
+        Ok(())
+    })
+}
+
+/// How many bytes a state takes.
+///
+/// # Safety
+/// As [`set`].
+pub unsafe fn state_size(
+    instance: *mut c_void,
+    function: &'static str,
+    state: *mut c_void,
+    size: *mut usize,
+) -> i32 {
+    call(instance, function, &Phase::SOUND, |instance| {
+        let length = instance.serialize(&*saved(state)?).len();
+        // SAFETY: as the caller promises.
+        unsafe { set(size, length) };
+        Ok(())
+    })
+}
+
+/// A kept state as bytes.
+///
+/// # Safety
+/// As [`array_mut`], for `size` bytes.
+pub unsafe fn serialize_state(
+    instance: *mut c_void,
+    function: &'static str,
+    state: *mut c_void,
+    bytes: *mut u8,
+    size: usize,
+) -> i32 {
+    call(instance, function, &Phase::SOUND, |instance| {
+        let serialized = instance.serialize(&*saved(state)?);
+        if serialized.len() != size {
+            return Err(CallError::Length { found: size, expected: serialized.len() });
+        }
+        // SAFETY: as the caller promises.
+        unsafe { array_mut(bytes, size, "serializedState")? }.copy_from_slice(&serialized);
+        Ok(())
+    })
+}
+
+/// Keeps the state that bytes hold.
+///
+/// # Safety
+/// As [`array`], for `size` bytes, and as [`array_mut`], for one handle.
+pub unsafe fn deserialize_state(
+    instance: *mut c_void,
+    function: &'static str,
+    bytes: *const u8,
+    size: usize,
+    place: *mut *mut c_void,
+) -> i32 {
+    call(instance, function, &Phase::SOUND, |instance| {
+        // SAFETY: as the caller promises.
+        let (bytes, place) = unsafe {
+            (array(bytes, size, "serializedState")?, array_mut(place, 1, "the place for the state")?)
+        };
+        let state = instance.deserialize(bytes)?;
+        keep_at(place, state);
+        Ok(())
+    })
 }

@@ -4,12 +4,11 @@
 
 #![expect(unsafe_code, reason = "functions with the standard's names, called from C")]
 
-use crate::boundary::{STATES, array, array_mut, call, free, instantiate, set, text};
+use crate::boundary::{self, array, array_mut, call, free, instantiate, text};
 use crate::instance::{CallError, Instance, Logger, Phase, Status};
 use crate::resources::{ResourceError, Resources};
 use std::ffi::{CString, c_char, c_void};
 use std::path::PathBuf;
-use std::sync::Arc;
 
 type Handle = *mut c_void;
 type Reference = u32;
@@ -270,47 +269,27 @@ fn no_variable(instance: Handle, function: &'static str, references: *const Refe
     })
 }
 
-fn saved(state: Handle) -> Result<Arc<crate::saved::InstanceState>, CallError> {
-    STATES.get(state).ok_or(CallError::Null { what: "FMUstate (freed, or never given)" })
-}
-
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi2GetFMUstate(instance: Handle, state: *mut Handle) -> i32 {
-    call(instance, "fmi2GetFMUstate", &Phase::SOUND, |instance| {
-        let saved = instance.save()?;
-        // SAFETY: a place of the importer for a handle.
-        let place = unsafe { array_mut(state, 1, "FMUstate")? };
-        // A state that the place holds already is replaced, as the standard allows.
-        let _ = STATES.release(place[0]);
-        place[0] = STATES.keep(Arc::new(saved));
-        Ok(())
-    })
+    // SAFETY: a place of the importer for a handle.
+    unsafe { boundary::get_state(instance, "fmi2GetFMUstate", state) }
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi2SetFMUstate(instance: Handle, state: Handle) -> i32 {
-    call(instance, "fmi2SetFMUstate", &Phase::ALL, |instance| instance.restore(&*saved(state)?))
+    boundary::set_state(instance, "fmi2SetFMUstate", state)
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi2FreeFMUstate(instance: Handle, state: *mut Handle) -> i32 {
-    call(instance, "fmi2FreeFMUstate", &Phase::ALL, |_| {
-        // SAFETY: a place of the importer for a handle.
-        let place = unsafe { array_mut(state, 1, "FMUstate")? };
-        let _ = STATES.release(place[0]);
-        place[0] = std::ptr::null_mut();
-        Ok(())
-    })
+    // SAFETY: a place of the importer for a handle.
+    unsafe { boundary::free_state(instance, "fmi2FreeFMUstate", state) }
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi2SerializedFMUstateSize(instance: Handle, state: Handle, size: *mut usize) -> i32 {
-    call(instance, "fmi2SerializedFMUstateSize", &Phase::SOUND, |instance| {
-        let length = instance.serialize(&*saved(state)?).len();
-        // SAFETY: a place of the importer for a number.
-        unsafe { set(size, length) };
-        Ok(())
-    })
+    // SAFETY: a place of the importer for a number.
+    unsafe { boundary::state_size(instance, "fmi2SerializedFMUstateSize", state, size) }
 }
 
 #[unsafe(no_mangle)]
@@ -320,15 +299,8 @@ unsafe extern "C" fn fmi2SerializeFMUstate(
     bytes: *mut u8,
     size: usize,
 ) -> i32 {
-    call(instance, "fmi2SerializeFMUstate", &Phase::SOUND, |instance| {
-        let serialized = instance.serialize(&*saved(state)?);
-        if serialized.len() != size {
-            return Err(CallError::Length { found: size, expected: serialized.len() });
-        }
-        // SAFETY: an array of the importer, of the length it says.
-        unsafe { array_mut(bytes, size, "serializedState")? }.copy_from_slice(&serialized);
-        Ok(())
-    })
+    // SAFETY: an array of the importer, of the length it says.
+    unsafe { boundary::serialize_state(instance, "fmi2SerializeFMUstate", state, bytes, size) }
 }
 
 #[unsafe(no_mangle)]
@@ -338,15 +310,8 @@ unsafe extern "C" fn fmi2DeSerializeFMUstate(
     size: usize,
     state: *mut Handle,
 ) -> i32 {
-    call(instance, "fmi2DeSerializeFMUstate", &Phase::SOUND, |instance| {
-        // SAFETY: an array of the importer, of the length it says, and a place for a handle.
-        let (bytes, place) =
-            unsafe { (array(bytes, size, "serializedState")?, array_mut(state, 1, "FMUstate")?) };
-        let read = instance.deserialize(bytes)?;
-        let _ = STATES.release(place[0]);
-        place[0] = STATES.keep(Arc::new(read));
-        Ok(())
-    })
+    // SAFETY: an array of the importer, of the length it says, and a place for a handle.
+    unsafe { boundary::deserialize_state(instance, "fmi2DeSerializeFMUstate", bytes, size, state) }
 }
 
 /// Functions that belong to what the unit is not.

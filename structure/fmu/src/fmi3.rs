@@ -4,12 +4,11 @@
 
 #![expect(unsafe_code, reason = "functions with the standard's names, called from C")]
 
-use crate::boundary::{STATES, array, array_mut, call, free, instantiate, set, text};
+use crate::boundary::{self, array, array_mut, call, free, instantiate, set, text};
 use crate::instance::{CallError, Instance, Logger, Phase, Status};
 use crate::resources::Resources;
 use std::ffi::{CString, c_char, c_void};
 use std::path::Path;
-use std::sync::Arc;
 
 type Handle = *mut c_void;
 type Reference = u32;
@@ -256,45 +255,25 @@ unsafe extern "C" fn fmi3SetUInt64(
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3GetFMUState(instance: Handle, state: *mut Handle) -> i32 {
-    call(instance, "fmi3GetFMUState", &Phase::SOUND, |instance| {
-        let saved = instance.save()?;
-        // SAFETY: a place of the importer for a handle.
-        let place = unsafe { array_mut(state, 1, "FMUState")? };
-        // A state that the place holds already is replaced, as the standard allows.
-        let _ = STATES.release(place[0]);
-        place[0] = STATES.keep(Arc::new(saved));
-        Ok(())
-    })
-}
-
-fn saved(state: Handle) -> Result<Arc<crate::saved::InstanceState>, CallError> {
-    STATES.get(state).ok_or(CallError::Null { what: "FMUState (freed, or never given)" })
+    // SAFETY: a place of the importer for a handle.
+    unsafe { boundary::get_state(instance, "fmi3GetFMUState", state) }
 }
 
 #[unsafe(no_mangle)]
 extern "C" fn fmi3SetFMUState(instance: Handle, state: Handle) -> i32 {
-    call(instance, "fmi3SetFMUState", &Phase::ALL, |instance| instance.restore(&*saved(state)?))
+    boundary::set_state(instance, "fmi3SetFMUState", state)
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3FreeFMUState(instance: Handle, state: *mut Handle) -> i32 {
-    call(instance, "fmi3FreeFMUState", &Phase::ALL, |_| {
-        // SAFETY: a place of the importer for a handle.
-        let place = unsafe { array_mut(state, 1, "FMUState")? };
-        let _ = STATES.release(place[0]);
-        place[0] = std::ptr::null_mut();
-        Ok(())
-    })
+    // SAFETY: a place of the importer for a handle.
+    unsafe { boundary::free_state(instance, "fmi3FreeFMUState", state) }
 }
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi3SerializedFMUStateSize(instance: Handle, state: Handle, size: *mut usize) -> i32 {
-    call(instance, "fmi3SerializedFMUStateSize", &Phase::SOUND, |instance| {
-        let length = instance.serialize(&*saved(state)?).len();
-        // SAFETY: a place of the importer for a number.
-        unsafe { set(size, length) };
-        Ok(())
-    })
+    // SAFETY: a place of the importer for a number.
+    unsafe { boundary::state_size(instance, "fmi3SerializedFMUStateSize", state, size) }
 }
 
 #[unsafe(no_mangle)]
@@ -304,15 +283,8 @@ unsafe extern "C" fn fmi3SerializeFMUState(
     bytes: *mut u8,
     size: usize,
 ) -> i32 {
-    call(instance, "fmi3SerializeFMUState", &Phase::SOUND, |instance| {
-        let serialized = instance.serialize(&*saved(state)?);
-        if serialized.len() != size {
-            return Err(CallError::Length { found: size, expected: serialized.len() });
-        }
-        // SAFETY: an array of the importer, of the length it says.
-        unsafe { array_mut(bytes, size, "serializedState")? }.copy_from_slice(&serialized);
-        Ok(())
-    })
+    // SAFETY: an array of the importer, of the length it says.
+    unsafe { boundary::serialize_state(instance, "fmi3SerializeFMUState", state, bytes, size) }
 }
 
 #[unsafe(no_mangle)]
@@ -322,15 +294,8 @@ unsafe extern "C" fn fmi3DeserializeFMUState(
     size: usize,
     state: *mut Handle,
 ) -> i32 {
-    call(instance, "fmi3DeserializeFMUState", &Phase::SOUND, |instance| {
-        // SAFETY: an array of the importer, of the length it says, and a place for a handle.
-        let (bytes, place) =
-            unsafe { (array(bytes, size, "serializedState")?, array_mut(state, 1, "FMUState")?) };
-        let read = instance.deserialize(bytes)?;
-        let _ = STATES.release(place[0]);
-        place[0] = STATES.keep(Arc::new(read));
-        Ok(())
-    })
+    // SAFETY: an array of the importer, of the length it says, and a place for a handle.
+    unsafe { boundary::deserialize_state(instance, "fmi3DeserializeFMUState", bytes, size, state) }
 }
 
 #[unsafe(no_mangle)]
