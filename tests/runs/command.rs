@@ -266,3 +266,25 @@ fn a_participant_may_be_started_by_hand() {
     // `start` is a key of the case, but of no result.
     crate::support::assert_same(&reference, &bench.outputs("out"));
 }
+
+/// Both versions of the standard, the same to the bit when exported again; names of an archive's members stand in it as they are.
+#[test]
+fn the_structure_of_a_case_is_exported_as_a_unit() {
+    let bench = Bench::new();
+    for (version, own) in [("3", "terminalsAndIcons/terminalsAndIcons.xml"), ("2", "resources/points.toml")] {
+        let files = ["first.fmu", "second.fmu"].map(|name| bench.path(name).display().to_string());
+        for file in &files {
+            let ended = bench.call(&["export-fmu", "cases/oscillating_plate", "--fmi", version, "-o", file]);
+            assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+            assert!(ended.text.contains("1000 interface particles"), "{}", ended.text);
+        }
+        let [first, second] = files.map(|file| fs::read(file).expect("an archive"));
+        assert!(first == second, "FMI {version}");
+        for member in ["modelDescription.xml", "resources/case.toml", "documentation/index.html", own] {
+            let found = first.windows(member.len()).any(|bytes| bytes == member.as_bytes());
+            assert!(found, "{member} is not in the unit for FMI {version}");
+        }
+    }
+    let alone = bench.call(&["export-fmu", "cases/hydrostatic_tank"]);
+    refused(&alone, 1, &["the case has no structure"]);
+}
