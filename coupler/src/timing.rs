@@ -9,7 +9,6 @@ use interfaces::{
     Description, Fields, Participant, ParticipantError, Readiness, Role, TimeWindow, WindowReport,
 };
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Instant;
 
@@ -22,7 +21,6 @@ struct Sums {
     phase: Phase,
     since: f64,
     seconds: [f64; Phase::ALL.len()],
-    computing: BTreeMap<Role, f64>,
     trace: Option<Trace>,
 }
 
@@ -34,7 +32,6 @@ impl Timing {
             phase: Phase::Coupling,
             since: 0.0,
             seconds: [0.0; Phase::ALL.len()],
-            computing: BTreeMap::new(),
             trace,
         })))
     }
@@ -109,7 +106,6 @@ impl<P: Participant> Timed<P> {
         let Some((window, called, returned)) = self.begun else { return };
         let seconds = report.compute_seconds;
         let mut sums = self.timing.0.borrow_mut();
-        *sums.computing.entry(self.role).or_default() += seconds;
         if let Some(trace) = &mut sums.trace {
             let from = if seconds > returned - called { returned } else { called };
             let name = format!("window {} iteration {}", window.index, window.iteration);

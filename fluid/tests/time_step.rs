@@ -237,7 +237,6 @@ fn a_tank_stays_quiet_with_the_hydrostatic_pressure() {
         steps += 1;
     });
     assert_eq!((case.state.left, case.state.lost), (0, 0));
-    println!("{worst}");
     assert!(worst < 0.03, "{worst}");
     // The bed carries the weight of 500 kg, but for the lattice sum of the kernel's moment, 0.991.
     let carried = -force / f64::from(steps) / (500.0 * 9.81);

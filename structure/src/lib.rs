@@ -30,7 +30,7 @@
 //! |---|---|---|---|---|---|
 //! | first-order, lattice | 71 | 65 | 87 | 1.92 / 1.80 / 1.58 | 1,467 |
 //! | first-order, general | 109 | 104 | 295 | 1.73 / 1.73 / 2.14 | 2,007 |
-//! | quadratic, lattice | 110 | 87 | 191 | 1.97 / 1.56 to 1.88 / 1.93 | 2,749 |
+//! | quadratic, lattice | 110 | 87 | 191 | 1.97 / 1.56 to 2.17 / 1.93 | 2,749 |
 //! | quadratic, general | 152 | 154 | 298 | 2.05 / 1.81 / 1.98 | 3,306 |
 //!
 //! Memory moved an evaluation, counted from the

@@ -294,11 +294,8 @@ impl Model {
     }
 
     fn at_point(&self, name: &str, point: usize, component: usize) -> f64 {
-        let d = self.dimension();
-        let Some(reduction) = &self.reduction else { return f64::NAN };
-        let mut all = vec![0.0; reduction.len() * d];
-        reduction.restrict(self.outputs.get(name).unwrap_or_default(), &mut all);
-        all[point * d + component]
+        let field = self.outputs.get(name).unwrap_or_default();
+        self.reduction.as_ref().map_or(f64::NAN, |reduction| reduction.value(field, point, component))
     }
 
     /// All that a later step depends on, and all that can be read.

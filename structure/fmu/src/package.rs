@@ -71,10 +71,10 @@ pub fn export(
     libraries: &[Library],
     to: &Path,
 ) -> Result<Exported, ExportError> {
-    let mut model = Model::new(Resources::new(case, None))?;
+    let mut resources = Resources::new(case, None);
+    let mut model = Model::new(resources.clone())?;
     let mut particles = [0.0];
     model.read(Source::InterfacePoints, &mut particles)?;
-    let mut resources = Resources::new(case, None);
     if version == Version::Fmi2 {
         let mut positions = vec![0.0; model.length(Source::Position)];
         model.read(Source::Position, &mut positions)?;

@@ -35,14 +35,10 @@ impl Reduction {
         self.weights.is_empty()
     }
 
-    /// A vector field at the particles, seen at the points.
-    pub fn restrict(&self, field: &[f64], out: &mut [f64]) {
-        let d = self.dimension;
-        for (value, weights) in out.chunks_exact_mut(d).zip(&self.weights) {
-            for (i, value) in value.iter_mut().enumerate() {
-                *value = weights.iter().map(|&(particle, weight)| weight * field[particle * d + i]).sum();
-            }
-        }
+    /// One component of a vector field at the particles, seen at a point.
+    pub fn value(&self, field: &[f64], point: usize, component: usize) -> f64 {
+        let weights = self.weights[point].iter();
+        weights.map(|&(particle, weight)| weight * field[particle * self.dimension + component]).sum()
     }
 
     /// Pressure gradients (Pa/m) at the particles, of volumes `volumes` (m³), whose forces `−V ∇p` are `forces` (N) at the points.
@@ -111,8 +107,7 @@ mod tests {
         let reduction = Reduction::new(2, &points, &positions, 0.1);
         let linear = |x: f64, y: f64| [0.3 + 2.0 * x - y, 0.1 - x + 0.5 * y];
         let field: Vec<f64> = positions.chunks_exact(2).flat_map(|p| linear(p[0], p[1])).collect();
-        let mut seen = vec![0.0; 10];
-        reduction.restrict(&field, &mut seen);
+        let seen: Vec<f64> = (0..10).map(|n| reduction.value(&field, n / 2, n % 2)).collect();
         for (point, seen) in points.iter().zip(seen.chunks_exact(2)) {
             let expected = linear(point[0], point[1]);
             assert!((seen[0] - expected[0]).abs() < 1e-12 && (seen[1] - expected[1]).abs() < 1e-12);
