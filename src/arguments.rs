@@ -37,6 +37,8 @@ pub enum Command {
     Fluid(Solver),
     /// Serve a case's structure to a coupler (started by `run`, or by hand)
     Structure(Solver),
+    /// Serve the functional mock-up unit (FMU) that a case names for a side (started by `run`, or by hand)
+    Fmu(Fmu),
     /// Serve a mock partner to a coupler
     Mock(Mock),
     /// Package the structure of a case as a functional mock-up unit (FMU) for co-simulation in other tools
@@ -174,6 +176,17 @@ pub struct Solver {
     pub join: Join,
 }
 
+/// `meniscus fmu`.
+#[derive(Args)]
+pub struct Fmu {
+    /// Side that the unit solves
+    #[arg(value_enum, env = "MENISCUS_ROLE")]
+    pub role: Side,
+    /// The case and the run.
+    #[command(flatten)]
+    pub solver: Solver,
+}
+
 /// The run that a participant joins.
 #[derive(Args)]
 pub struct Join {
@@ -246,4 +259,13 @@ pub enum Side {
     Fluid,
     /// The structure
     Structure,
+}
+
+impl From<Side> for interfaces::Role {
+    fn from(side: Side) -> Self {
+        match side {
+            Side::Fluid => Self::Fluid,
+            Side::Structure => Self::Structure,
+        }
+    }
 }

@@ -15,6 +15,7 @@ fn main() -> ExitCode {
         Command::Validate(validate) => commands::validate::validate(&validate),
         Command::Fluid(solver) => commands::participant::solver(&solver, interfaces::Role::Fluid),
         Command::Structure(solver) => commands::participant::solver(&solver, interfaces::Role::Structure),
+        Command::Fmu(fmu) => commands::participant::fmu(&fmu),
         Command::Mock(mock) => commands::participant::mock(&mock),
         Command::ExportFmu(export) => commands::export_fmu::export_fmu(&export),
         Command::Bench(bench) => commands::bench::bench(&bench),

@@ -356,7 +356,7 @@ pub(crate) fn prepare_folder(out: &Path, case: &Case) -> Result<File, RunError> 
     if !holds_a_run && entries.next().is_some() {
         return Err(folder("it holds files that are not of an earlier run".to_owned()));
     }
-    for name in ["fluid", "structure", "walls", "frames"] {
+    for name in ["fluid", "structure", "walls", "frames", "fluid_fmu", "structure_fmu"] {
         remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
     }
     let files = [

@@ -1,9 +1,9 @@
 //! `meniscus bench`.
 
 use super::{failed, say};
-use crate::arguments::{Bench, Echo, Exchange, Side};
+use crate::arguments::{Bench, Echo, Exchange};
 use coupler::bench;
-use interfaces::{Address, Role};
+use interfaces::Address;
 use std::process::ExitCode;
 
 /// Measures, and prints the table line by line.
@@ -33,11 +33,7 @@ fn exchange(arguments: &Exchange) -> ExitCode {
 }
 
 fn echo(arguments: &Echo) -> ExitCode {
-    let role = match arguments.role {
-        Side::Fluid => Role::Fluid,
-        Side::Structure => Role::Structure,
-    };
-    let address = Address::parse(&arguments.run, role);
+    let address = Address::parse(&arguments.run, arguments.role.into());
     match bench::echo(&address, arguments.taken, arguments.given) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => failed(error),

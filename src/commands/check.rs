@@ -3,6 +3,8 @@
 use super::{failed, say};
 use crate::arguments::CaseArguments;
 use interfaces::Role;
+use interfaces::case::Case;
+use interfaces::case::resolved::Start;
 use std::process::ExitCode;
 
 /// Reports all mistakes of a case; without one, what would run.
@@ -12,12 +14,12 @@ pub fn check(arguments: &CaseArguments) -> ExitCode {
         Err(code) => return code,
     };
     say(format_args!("{}: no mistakes found", case.general.title));
-    let previews = [
-        case.fluid.as_ref().map(|_| (Role::Fluid, fluid::participant::preview(&case))),
-        case.structure.as_ref().map(|_| (Role::Structure, structure::participant::preview(&case))),
+    let sides = [
+        case.fluid.as_ref().map(|fluid| (Role::Fluid, &fluid.participant)),
+        case.structure.as_ref().map(|structure| (Role::Structure, &structure.participant)),
     ];
-    for (role, preview) in previews.into_iter().flatten() {
-        match preview {
+    for (role, start) in sides.into_iter().flatten() {
+        match preview(&case, role, start) {
             Ok(lines) => {
                 for (what, value) in lines {
                     say(format_args!("{role:<10} {what:<24} {value}"));
@@ -27,4 +29,16 @@ pub fn check(arguments: &CaseArguments) -> ExitCode {
         }
     }
     ExitCode::SUCCESS
+}
+
+/// What would solve a side: pairs of what and value.
+fn preview(case: &Case, role: Role, start: &Start) -> Result<Vec<(String, String)>, String> {
+    let who = |what: &str, value: String| Ok(vec![(what.to_owned(), value)]);
+    match (start, role) {
+        (Start::Own, Role::Fluid) => fluid::participant::preview(case).map_err(|e| e.to_string()),
+        (Start::Own, Role::Structure) => structure::participant::preview(case).map_err(|e| e.to_string()),
+        (Start::Fmu(_), _) => fmu_host::preview(case, role).map_err(|e| e.to_string()),
+        (Start::Command(words), _) => who("command", words.join(" ")),
+        (Start::ByHand, _) => who("started", "by hand".to_owned()),
+    }
 }

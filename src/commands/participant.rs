@@ -1,7 +1,7 @@
-//! `meniscus fluid`, `meniscus structure` and `meniscus mock`: one participant, served to a coupler.
+//! `meniscus fluid`, `meniscus structure`, `meniscus fmu` and `meniscus mock`: one participant, served to a coupler.
 
 use super::{WRONG, failed};
-use crate::arguments::{Join, Mock, Solver};
+use crate::arguments::{Fmu, Join, Mock, Solver};
 use interfaces::case::Case;
 use interfaces::{Address, Participant, Role};
 use std::path::Path;
@@ -13,6 +13,18 @@ pub fn solver(arguments: &Solver, role: Role) -> ExitCode {
         super::set_threads(case);
         let out = arguments.case.parent().unwrap_or(Path::new("."));
         super::solver(case, role, out).map_err(|e| e.to_string())
+    })
+}
+
+/// Serves the unit that the case has for a side.
+pub fn fmu(arguments: &Fmu) -> ExitCode {
+    let (role, solver) = (arguments.role.into(), &arguments.solver);
+    serve(&solver.case, &solver.join, role, |case| {
+        if fmu_host::participant::unit_of(case, role).is_none() {
+            return Err(format!("the case has no unit for the {role}: name one in {role}.participant.fmu"));
+        }
+        let out = solver.case.parent().unwrap_or(Path::new("."));
+        fmu_host::open(case, role, out).map_err(|e| e.to_string())
     })
 }
 

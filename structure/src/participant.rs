@@ -34,8 +34,12 @@ pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>, Partic
     })
 }
 
-/// The structure as a participant that also says how it is stressed.
+/// The structure as a participant that also says how it is stressed, and how far it could step.
 pub trait Stressed: Participant {
+    /// The largest stable sub-step (s) from the accepted state.
+    fn stable_time_step(&self) -> f64;
+
+
     /// The largest von Mises stress (Pa) of the particles in the accepted state.
     ///
     /// # Errors
@@ -201,6 +205,10 @@ impl<const D: usize> StructureParticipant<D> {
 }
 
 impl<const D: usize> Stressed for StructureParticipant<D> {
+    fn stable_time_step(&self) -> f64 {
+        self.accepted.stability.step
+    }
+
     fn largest_von_mises_stress(&mut self) -> Result<f64, ParticipantError> {
         self.structure.derive(&self.accepted, &mut self.derived).map_err(failed)?;
         Ok(self.derived.von_mises.iter().copied().fold(0.0, f64::max))

@@ -26,7 +26,7 @@ pub type Build<'a> = dyn Fn(Role) -> Result<Box<dyn Participant>, ParticipantErr
 pub struct Solvers<'a> {
     /// Makes one in this process.
     pub in_process: &'a Build<'a>,
-    /// The executable whose commands `fluid` and `structure` serve them.
+    /// The executable whose commands `fluid` and `structure` serve them, and whose command `fmu` serves a unit.
     pub executable: &'a Path,
 }
 
@@ -172,6 +172,10 @@ impl Participants {
                 vec![executable, role.to_string(), case.display().to_string()]
             }
             Start::Command(words) => words.clone(),
+            Start::Fmu(_) => {
+                let executable = solvers.executable.display().to_string();
+                vec![executable, "fmu".to_owned(), role.to_string(), case.display().to_string()]
+            }
             Start::ByHand => {
                 eprintln!(
                     "waiting for the {role}; start it with MENISCUS_RUN={} MENISCUS_CASE={}, for example before `meniscus {role}`",

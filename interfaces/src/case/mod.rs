@@ -23,6 +23,7 @@ mod schema;
 #[cfg(test)]
 mod tests;
 pub mod typed;
+pub mod unit;
 
 pub use errors::{CaseError, CaseErrors};
 pub use geometry::{AxisBox, Ball, Face, Side, array};
@@ -53,7 +54,7 @@ impl Case {
         }
     }
 
-    /// Reads a case from text; `file` stands in messages only.
+    /// Reads a case from text. `file` stands in messages, and other files that the case names are sought from where it is.
     ///
     /// # Errors
     /// All mistakes of the text.
@@ -70,6 +71,7 @@ impl Case {
             let mut typed: typed::CaseFile = table.try_into().map_err(|error: toml::de::Error| {
                 fail(vec![CaseError::new("", error.message(), "compare the file with the schema")])
             })?;
+            typed.seek_files_from(file);
             errors.extend(check::check(&mut typed));
             if errors.is_empty() {
                 return Ok(resolve::resolve(typed));

@@ -6,7 +6,7 @@ use super::numerics::GradientOperator;
 use super::region::{FluidVelocity, Region, RegionShape, greatest_speed};
 use super::resolved::{
     Assumption, Body, Case, Clamp, ClampRegion, Fluid, General, InitialVelocity, Load, LoadTarget, Material,
-    MotionLaw, MotionPath, Probe, ProbeQuantity, ProbeTarget, Reference, Slip, Start, Structure, Wall,
+    MotionLaw, MotionPath, Probe, ProbeQuantity, ProbeTarget, Reference, Slip, Start, Structure, Unit, Wall,
     WallMotion, WallShape,
 };
 use super::typed;
@@ -145,10 +145,12 @@ fn resolve_motion(motion: typed::WallMotion) -> WallMotion {
 }
 
 fn resolve_participant(participant: typed::Participant) -> Start {
-    match (participant.command, participant.start) {
-        (Some(command), _) => Start::Command(command),
-        (None, Some(typed::StartWord::ByHand)) => Start::ByHand,
-        (None, Some(typed::StartWord::Own) | None) => Start::Own,
+    let typed::Participant { start, command, fmu, variables, parameters, record } = participant;
+    match (fmu, command, start) {
+        (Some(file), ..) => Start::Fmu(Unit { file, variables, parameters, record }),
+        (None, Some(command), _) => Start::Command(command),
+        (None, None, Some(typed::StartWord::ByHand)) => Start::ByHand,
+        (None, None, Some(typed::StartWord::Own) | None) => Start::Own,
     }
 }
 

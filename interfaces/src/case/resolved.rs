@@ -5,10 +5,12 @@ use super::geometry::{Axis, AxisBox, Ball, Face, Side};
 use super::numerics::{FluidNumerics, StructureNumerics};
 pub use super::region::{FluidVelocity, Region, RegionShape};
 use super::typed;
+use super::unit::{Parameters, Variables};
 use crate::{Scalar, ScalarKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::path::PathBuf;
 
 /// A checked case. SI units; vectors have as many numbers as `general.dimension`; in two dimensions volumes and forces are for one metre of
 /// depth. It is read by [`Case::load`] or [`Case::parse`], and written by [`Case::to_toml`].
@@ -362,15 +364,30 @@ pub enum LoadTarget {
 }
 
 /// Who solves a side.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(into = "typed::Participant")]
 pub enum Start {
     /// Our own solver, started by the coupler.
     Own,
     /// Another command, started by the coupler: the program and its arguments.
     Command(Vec<String>),
+    /// A functional mock-up unit, in a process started by the coupler.
+    Fmu(Unit),
     /// A process that somebody starts by hand.
     ByHand,
+}
+
+/// A functional mock-up unit (FMU) that solves a side.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unit {
+    /// Its file.
+    pub file: PathBuf,
+    /// Variables behind its ports, as far as they have other names.
+    pub variables: Variables,
+    /// Parameters to set before it is initialised.
+    pub parameters: Parameters,
+    /// Variables to record besides its energies and the case's probes.
+    pub record: Vec<String>,
 }
 
 /// `[[probe]]`: a quantity recorded at every window.

@@ -119,9 +119,11 @@ impl<'s> Node<'s> {
         }
     }
 
-    /// A table's key.
+    /// A table's key; where keys are names of the user's own, any.
     pub fn property(&self, key: &str) -> Option<Node<'s>> {
-        self.target.get("properties")?.get(key).map(|value| Node::new(self.root, value))
+        let named = self.target.get("properties").and_then(|properties| properties.get(key));
+        let any = || self.target.get("additionalProperties").filter(|value| value.is_object());
+        named.or_else(any).map(|value| Node::new(self.root, value))
     }
 
     /// A table's keys.

@@ -5,9 +5,12 @@ use super::coupling::CouplingKeys;
 use super::geometry::{Axis, AxisBox, Ball, Face, Side};
 use super::numerics::{FluidNumericsKeys, StructureNumericsKeys};
 use super::region::{FluidVelocity, StandingWave};
+use super::resolved::Unit;
 use super::resolved::{self, Assumption, InitialVelocity, MaterialLaw, ProbeQuantity, ProbeTarget, Slip};
+use super::unit::{Parameters, Variables};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
 
 /// A meniscus case. SI units throughout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -27,6 +30,21 @@ pub struct CaseFile {
     /// Values from elsewhere, drawn beside probes in the report.
     #[serde(default)]
     pub reference: Vec<Reference>,
+}
+
+impl CaseFile {
+    /// Makes the files that the case names absolute: they are sought from where `file`, the case file, is.
+    pub(super) fn seek_files_from(&mut self, file: &Path) {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let participants = [
+            self.fluid.as_mut().map(|fluid| &mut fluid.participant),
+            self.structure.as_mut().map(|structure| &mut structure.participant),
+        ];
+        for unit in participants.into_iter().flatten().filter_map(|participant| participant.fmu.as_mut()) {
+            let found = folder.join(&unit);
+            *unit = std::path::absolute(&found).unwrap_or(found);
+        }
+    }
 }
 
 /// What concerns the whole.
@@ -158,7 +176,7 @@ pub struct WallMotion {
     pub phase: Option<f64>,
 }
 
-/// Who solves a side: `start` or `command`.
+/// Who solves a side: `start`, `command` or `fmu`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Participant {
@@ -168,6 +186,18 @@ pub struct Participant {
     /// A command that the coupler starts: the program and its arguments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<Vec<String>>,
+    /// A functional mock-up unit (FMI 2.0 or 3.0): its file, sought from where the case file is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fmu: Option<PathBuf>,
+    /// Variables behind the ports of an FMU, and numbers that it tells.
+    #[serde(default, skip_serializing_if = "Variables::is_empty")]
+    pub variables: Variables,
+    /// Parameters of an FMU and their values, by name; its own if left out.
+    #[serde(default, skip_serializing_if = "Parameters::is_empty")]
+    pub parameters: Parameters,
+    /// Variables of an FMU that are recorded besides its energies and the case's probes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub record: Vec<String>,
 }
 
 /// Who starts a participant.
@@ -355,9 +385,12 @@ pub struct Reference {
 impl From<resolved::Start> for Participant {
     fn from(start: resolved::Start) -> Self {
         match start {
-            resolved::Start::Own => Self { start: Some(StartWord::Own), command: None },
-            resolved::Start::ByHand => Self { start: Some(StartWord::ByHand), command: None },
-            resolved::Start::Command(command) => Self { start: None, command: Some(command) },
+            resolved::Start::Own => Self { start: Some(StartWord::Own), ..Self::default() },
+            resolved::Start::ByHand => Self { start: Some(StartWord::ByHand), ..Self::default() },
+            resolved::Start::Command(command) => Self { command: Some(command), ..Self::default() },
+            resolved::Start::Fmu(Unit { file, variables, parameters, record }) => {
+                Self { fmu: Some(file), variables, parameters, record, ..Self::default() }
+            }
         }
     }
 }

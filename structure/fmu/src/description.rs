@@ -2,7 +2,7 @@
 
 use crate::MODEL_IDENTIFIER;
 use crate::model::{Model, ModelError};
-use crate::variables::{Causality, INTERFACE_POINTS, Quantity, Shape, Variable, table};
+use crate::variables::{Causality, INTERFACE_POINTS, Quantity, Shape, Source, Variable, table};
 use output::report::escape;
 use std::fmt::Write as _;
 
@@ -117,21 +117,30 @@ fn start_value(model: &mut Model, variable: &Variable) -> Result<String, ModelEr
     }
 }
 
-fn causality(of: Causality) -> (&'static str, &'static str) {
+fn causality(of: Causality) -> &'static str {
     match of {
-        Causality::Independent => ("independent", "continuous"),
-        Causality::StructuralParameter => ("structuralParameter", "fixed"),
-        Causality::Parameter => ("parameter", "fixed"),
-        Causality::CalculatedParameter => ("calculatedParameter", "fixed"),
-        Causality::Input => ("input", "continuous"),
-        Causality::Output => ("output", "continuous"),
-        Causality::Local => ("local", "continuous"),
+        Causality::Independent => "independent",
+        Causality::StructuralParameter => "structuralParameter",
+        Causality::Parameter => "parameter",
+        Causality::CalculatedParameter => "calculatedParameter",
+        Causality::Input => "input",
+        Causality::Output => "output",
+        Causality::Local => "local",
+    }
+}
+
+fn variability(of: &Variable) -> &'static str {
+    match of.causality {
+        Causality::StructuralParameter | Causality::Parameter | Causality::CalculatedParameter => "fixed",
+        _ if of.source == Source::InterfacePoints => "fixed",
+        _ if of.quantity.is_none() => "discrete",
+        _ => "continuous",
     }
 }
 
 fn variable_3(xml: &mut String, reference: usize, variable: &Variable, start: &str, dimension: usize) {
     let Variable { name, description, .. } = variable;
-    let (causality, variability) = causality(variable.causality);
+    let (causality, variability) = (causality(variable.causality), variability(variable));
     let element = if variable.quantity.is_some() { "Float64" } else { "UInt64" };
     let _ = write!(
         xml,
@@ -156,10 +165,7 @@ fn variable_3(xml: &mut String, reference: usize, variable: &Variable, start: &s
 
 fn variable_2(xml: &mut String, reference: usize, variable: &Variable, start: &str) {
     let Variable { name, description, .. } = variable;
-    let (causality, mut variability) = causality(variable.causality);
-    if variable.quantity.is_none() && variable.causality == Causality::Local {
-        variability = "fixed";
-    }
+    let (causality, variability) = (causality(variable.causality), variability(variable));
     let start = if start.is_empty() { String::new() } else { format!(" start=\"{start}\"") };
     let value = match variable.quantity {
         Some(quantity) => format!("<Real declaredType=\"{}\"{start}/>", type_name(quantity)),

@@ -64,6 +64,7 @@ pub struct Model {
     forces: Vec<f64>,
     inputs: Fields,
     outputs: Fields,
+    /// Those of the structure, then the sub-steps of the last step.
     scalars: Vec<f64>,
     time: f64,
     windows: u64,
@@ -147,6 +148,7 @@ impl Model {
     fn prepare(&mut self, start: f64) -> Result<(), ModelError> {
         let readiness = self.structure.initialize(start, &self.inputs, &mut self.outputs)?;
         self.scalars = readiness.scalars;
+        self.scalars.push(0.0);
         (self.time, self.windows) = (start, 0);
         if let Some(reduced) = &self.resources.points {
             let spacing = self.case.structure.as_ref().map_or(1.0, |s| s.particle_spacing);
@@ -188,6 +190,7 @@ impl Model {
             None => solve(),
         }?;
         self.scalars = report.scalars;
+        self.scalars.push(f64::from(report.sub_steps));
         self.windows += 1;
         self.time = window.end();
         Ok(())
@@ -234,6 +237,11 @@ impl Model {
             Source::PointPosition(point, component) => self.at_point(names::POSITION, point, component),
             Source::PointVelocity(point, component) => self.at_point(names::VELOCITY, point, component),
             Source::Scalar(n) => self.scalars[n],
+            Source::LargestStep => match self.sub_steps {
+                SubSteps::Fixed(count) => self.structure.stable_time_step() * f64::from(count),
+                // Any: no importer expects infinity.
+                SubSteps::Stable => f64::MAX,
+            },
             Source::LargestStress => self.structure.largest_von_mises_stress()?,
         };
         Ok(())

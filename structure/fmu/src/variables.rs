@@ -27,8 +27,10 @@ pub enum Source {
     PointPosition(usize, usize),
     /// Velocity (m/s) of a point, one component.
     PointVelocity(usize, usize),
-    /// A scalar that the structure reports: energies, probes.
+    /// A scalar that the structure reports: energies, probes; behind them the sub-steps of the last step.
     Scalar(usize),
+    /// Largest next step that the sub-steps are stable with (s).
+    LargestStep,
     /// Largest von Mises stress (Pa).
     LargestStress,
 }
@@ -269,6 +271,19 @@ pub fn table(structure: &Description, points: Option<usize>) -> Vec<Variable> {
             described,
         ));
     }
+    all.push(Variable::new(
+        "largest_step",
+        Source::LargestStep,
+        Local,
+        Quantity::Time,
+        "Largest next communication step that the sub-steps are stable with; the largest number where any is",
+    ));
+    all.push(Variable::count(
+        "steps_taken",
+        Source::Scalar(structure.scalars.len()),
+        Local,
+        "Sub-steps of the last communication step",
+    ));
     all.push(Variable::new(
         "largest_von_mises_stress",
         Source::LargestStress,

@@ -144,8 +144,27 @@ fn check_face(key: &str, face: Option<Face>, dimension: u32, findings: &mut Find
 
 fn check_participant(side: &str, participant: &Participant, findings: &mut Findings) {
     let key = format!("{side}.participant");
+    let said = [
+        ("start", participant.start.is_some()),
+        ("command", participant.command.is_some()),
+        ("fmu", participant.fmu.is_some()),
+    ];
+    let said: Vec<&str> = said.into_iter().filter_map(|(word, is_said)| is_said.then_some(word)).collect();
+    if said.len() > 1 {
+        findings.add(&key, format!("has {}", said.join(" and ")), "leave all but one of them out");
+    }
+    let of_units = [
+        ("variables", !participant.variables.is_empty()),
+        ("parameters", !participant.parameters.is_empty()),
+        ("record", !participant.record.is_empty()),
+    ];
+    if participant.fmu.is_none() {
+        for (word, _) in of_units.into_iter().filter(|(_, is_said)| *is_said) {
+            let remedy = format!("name the unit in {key}.fmu, or leave it out");
+            findings.add(format!("{key}.{word}"), "is for functional mock-up units alone", remedy);
+        }
+    }
     match (&participant.command, participant.start) {
-        (Some(_), Some(_)) => findings.add(key, "has both start and command", "leave one of them out"),
         (Some(command), None) if command.first().is_none_or(String::is_empty) => {
             findings.add(
                 format!("{key}.command"),
@@ -159,7 +178,9 @@ fn check_participant(side: &str, participant: &Participant, findings: &mut Findi
 
 /// Whether our own solver solves the side.
 fn is_own(participant: &Participant) -> bool {
-    participant.command.is_none() && participant.start != Some(super::typed::StartWord::ByHand)
+    participant.command.is_none()
+        && participant.fmu.is_none()
+        && participant.start != Some(super::typed::StartWord::ByHand)
 }
 
 /// Without the digits that round-off adds.

@@ -1,0 +1,238 @@
+//! `modelDescription.xml`, as far as a participant needs it: what the unit can do, and its variables.
+
+use roxmltree::{Document, Node};
+use std::collections::BTreeMap;
+
+/// Version of the standard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Version {
+    /// FMI 2.0.
+    Fmi2,
+    /// FMI 3.0.
+    Fmi3,
+}
+
+/// Type of a variable. Those of FMI 2.0 have the names that they got in FMI 3.0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "names of the standard")]
+pub enum Type {
+    Float64,
+    Float32,
+    Int32,
+    Int64,
+    UInt32,
+    UInt64,
+    Boolean,
+    String,
+    /// Any that a participant has no use for.
+    Other,
+}
+
+impl Type {
+    /// Of an element in the list of variables.
+    fn of(element: &str) -> Option<Self> {
+        Some(match element {
+            "Float64" | "Real" => Self::Float64,
+            "Float32" => Self::Float32,
+            "Int32" | "Integer" => Self::Int32,
+            // An enumeration's items are numbered: in FMI 3.0 as Int64.
+            "Int64" => Self::Int64,
+            "UInt32" => Self::UInt32,
+            "UInt64" => Self::UInt64,
+            "Boolean" => Self::Boolean,
+            "String" => Self::String,
+            "Int8" | "Int16" | "UInt8" | "UInt16" | "Binary" | "Clock" | "Enumeration" => Self::Other,
+            _ => return None,
+        })
+    }
+}
+
+/// What an importer may do with a variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[expect(missing_docs, reason = "names of the standard")]
+pub enum Causality {
+    Independent,
+    StructuralParameter,
+    Parameter,
+    CalculatedParameter,
+    Input,
+    Output,
+    Local,
+}
+
+/// A variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Its value reference.
+    pub reference: u32,
+    /// Its type.
+    pub kind: Type,
+    /// What may be done with it.
+    pub causality: Causality,
+    /// Its unit, where it or its type has one.
+    pub unit: Option<String>,
+    /// Its dimensions; none for a scalar.
+    pub dimensions: Vec<Dimension>,
+    /// Its start value, as written.
+    pub start: Option<String>,
+}
+
+/// A dimension of an array.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dimension {
+    /// A number.
+    Fixed(usize),
+    /// The value of a structural parameter or constant, by its value reference.
+    Of(u32),
+}
+
+/// What is known of a unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// Version of the standard.
+    pub version: Version,
+    /// Name of the model.
+    pub model: String,
+    /// `instantiationToken`; in FMI 2.0 the `guid`.
+    pub token: String,
+    /// Name of the shared library, without its ending.
+    pub identifier: String,
+    /// Whether the state can be kept and restored.
+    pub keeps_state: bool,
+    /// Whether a state can be written as bytes.
+    pub serializes_state: bool,
+    /// Whether steps may be of different sizes.
+    pub variable_steps: bool,
+    /// The variables; an alias is one of its own.
+    pub variables: Vec<Variable>,
+}
+
+impl Description {
+    /// Reads a model description.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let document = Document::parse(text).map_err(|error| error.to_string())?;
+        let root = document.root_element();
+        if root.tag_name().name() != "fmiModelDescription" {
+            return Err(format!("its root is `{}`, not `fmiModelDescription`", root.tag_name().name()));
+        }
+        let version = match needed(root, "fmiVersion")? {
+            "2.0" => Version::Fmi2,
+            three if three == "3.0" || three.starts_with("3.") => Version::Fmi3,
+            other => return Err(format!("it is of FMI {other}; 2.0 and 3.0 are known")),
+        };
+        let step = child(root, "CoSimulation")
+            .ok_or("it has no element `CoSimulation`: the unit was not exported for co-simulation")?;
+        let (get, serialize, token) = match version {
+            Version::Fmi2 => ("canGetAndSetFMUstate", "canSerializeFMUstate", "guid"),
+            Version::Fmi3 => ("canGetAndSetFMUState", "canSerializeFMUState", "instantiationToken"),
+        };
+        Ok(Self {
+            version,
+            model: needed(root, "modelName")?.to_owned(),
+            token: needed(root, token)?.to_owned(),
+            identifier: needed(step, "modelIdentifier")?.to_owned(),
+            keeps_state: is_true(step, get),
+            serializes_state: is_true(step, serialize),
+            variable_steps: is_true(step, "canHandleVariableCommunicationStepSize"),
+            variables: variables(root, version)?,
+        })
+    }
+
+    /// The variable of that name.
+    pub fn variable(&self, name: &str) -> Option<&Variable> {
+        self.variables.iter().find(|variable| variable.name == name)
+    }
+}
+
+fn variables(root: Node, version: Version) -> Result<Vec<Variable>, String> {
+    let list = child(root, "ModelVariables").ok_or("it has no element `ModelVariables`")?;
+    let units = units_of_types(root, version);
+    let mut variables = Vec::new();
+    for element in list.children().filter(Node::is_element) {
+        // In FMI 2.0 the type is an element inside, which carries unit and start.
+        let typed = match version {
+            Version::Fmi2 => element.children().find(|inner| Type::of(inner.tag_name().name()).is_some()),
+            Version::Fmi3 => Some(element),
+        };
+        let name = needed(element, "name")?.to_owned();
+        let kind = typed.and_then(|typed| Type::of(typed.tag_name().name()));
+        let (Some(typed), Some(kind)) = (typed, kind) else {
+            return Err(format!("variable `{name}` is of no type of the standard"));
+        };
+        let reference = needed(element, "valueReference")?;
+        let reference = reference
+            .parse()
+            .map_err(|_| format!("variable `{name}` has the value reference {reference}"))?;
+        let of_type = typed.attribute("declaredType").and_then(|name| units.get(name).copied());
+        let variable = Variable {
+            reference,
+            kind,
+            causality: causality(element.attribute("causality")),
+            unit: typed.attribute("unit").or(of_type).map(str::to_owned),
+            dimensions: dimensions(element, &name)?,
+            start: typed.attribute("start").map(str::to_owned),
+            name,
+        };
+        for alias in element.children().filter(|inner| inner.has_tag_name("Alias")) {
+            variables.push(Variable { name: needed(alias, "name")?.to_owned(), ..variable.clone() });
+        }
+        variables.push(variable);
+    }
+    Ok(variables)
+}
+
+fn dimensions(variable: Node, name: &str) -> Result<Vec<Dimension>, String> {
+    let dimension = |element: Node| {
+        let number = |attribute| element.attribute(attribute);
+        match (number("start").map(str::parse), number("valueReference").map(str::parse)) {
+            (Some(Ok(length)), _) => Ok(Dimension::Fixed(length)),
+            (None, Some(Ok(reference))) => Ok(Dimension::Of(reference)),
+            _ => Err(format!("variable `{name}` has a dimension that is no number")),
+        }
+    };
+    variable.children().filter(|inner| inner.has_tag_name("Dimension")).map(dimension).collect()
+}
+
+fn units_of_types<'a>(root: Node<'a, '_>, version: Version) -> BTreeMap<&'a str, &'a str> {
+    let types = child(root, "TypeDefinitions").into_iter().flat_map(|list| list.children());
+    types
+        .filter_map(|definition| {
+            let holder = match version {
+                Version::Fmi2 => child(definition, "Real")?,
+                Version::Fmi3 => definition,
+            };
+            Some((definition.attribute("name")?, holder.attribute("unit")?))
+        })
+        .collect()
+}
+
+fn causality(word: Option<&str>) -> Causality {
+    match word {
+        Some("independent") => Causality::Independent,
+        Some("structuralParameter") => Causality::StructuralParameter,
+        Some("parameter") => Causality::Parameter,
+        Some("calculatedParameter") => Causality::CalculatedParameter,
+        Some("input") => Causality::Input,
+        Some("output") => Causality::Output,
+        // The standards' default.
+        _ => Causality::Local,
+    }
+}
+
+fn child<'a, 'input>(of: Node<'a, 'input>, name: &str) -> Option<Node<'a, 'input>> {
+    of.children().find(|inner| inner.has_tag_name(name))
+}
+
+fn needed<'a>(of: Node<'a, '_>, attribute: &str) -> Result<&'a str, String> {
+    of.attribute(attribute)
+        .ok_or_else(|| format!("an element `{}` has no attribute `{attribute}`", of.tag_name().name()))
+}
+
+fn is_true(of: Node, attribute: &str) -> bool {
+    matches!(of.attribute(attribute), Some("true" | "1"))
+}

@@ -1,0 +1,347 @@
+//! An instance of a unit as a participant: a time window is a step.
+
+use crate::Error;
+use crate::archive::{Archive, Unpacked};
+use crate::unit::{Instance, Stepped, instantiate};
+use crate::wiring::{Values, Wire, Wiring, file_name, version_name, wire};
+use interfaces::case::Case;
+use interfaces::case::resolved::{Start, Unit};
+use interfaces::port::names;
+use interfaces::{
+    Description, Direction, END_REQUESTED, Exchange, Fields, Participant, ParticipantError, Readiness, Role,
+    Scalar, ScalarKind, TimeWindow, WindowReport,
+};
+use output::{ParticleFrame, PointArray, Series};
+use std::path::Path;
+use std::time::Instant;
+
+/// The unit that solves the side `role` of `case`, unpacked below the folder `out`, where a structure's points are written too.
+///
+/// # Errors
+/// An archive that cannot be used here, variables that do not fit the case, a unit that refuses to be made.
+///
+/// # Panics
+/// Where the case has no unit for that side.
+pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>, Error> {
+    let unit = unit_of(case, role).expect("the caller asks for the unit of a side that has one");
+    let mut archive = Archive::open(&unit.file)?;
+    let described = archive.description()?;
+    let wiring = wire(unit, &described, case, role)?;
+    let unpacked = archive.unpack(&described, &out.join(format!("{role}_fmu")))?;
+    let instance = instantiate(&described, &unpacked, &unit.file)?;
+    let snapshots = (role == Role::Structure).then(|| Series::create(out, "structure")).transpose()?;
+    let mut scalars: Vec<Scalar> = wiring.records.iter().map(|(scalar, _)| scalar.clone()).collect();
+    scalars.push(Scalar { name: END_REQUESTED.to_owned(), unit: "1".to_owned(), kind: ScalarKind::Balance });
+    for note in &wiring.notes {
+        eprintln!("note: {note}");
+    }
+    Ok(Box::new(UnitParticipant {
+        description: Description {
+            role,
+            solver: format!("{} ({} unit)", described.model, version_name(described.version)),
+            dimension: case.general.dimension,
+            ports: wiring.wires.iter().map(|wire| wire.port.clone()).collect(),
+            scalars,
+        },
+        instance: Some(instance),
+        _unpacked: unpacked,
+        wiring,
+        abilities: Abilities {
+            name: file_name(&unit.file),
+            keeps_state: described.keeps_state,
+            serializes_state: described.serializes_state,
+            variable_steps: described.variable_steps,
+        },
+        left_accepted: false,
+        step_size: None,
+        solved: None,
+        time: 0.0,
+        reference: Vec::new(),
+        snapshots,
+    }))
+}
+
+/// What the unit of a side would be: pairs of what and value, for `meniscus check`.
+///
+/// # Errors
+/// As [`open`], but for what only an instance can tell.
+///
+/// # Panics
+/// As [`open`].
+pub fn preview(case: &Case, role: Role) -> Result<Vec<(String, String)>, Error> {
+    let unit = unit_of(case, role).expect("the caller asks for the unit of a side that has one");
+    let mut archive = Archive::open(&unit.file)?;
+    let described = archive.description()?;
+    archive.library(&described)?;
+    let wiring = wire(unit, &described, case, role)?;
+    let mut lines = vec![
+        ("FMU".to_owned(), format!("{} ({})", described.model, version_name(described.version))),
+        (
+            "state kept, serialised".to_owned(),
+            format!("{}, {}", described.keeps_state, described.serializes_state),
+        ),
+    ];
+    for Wire { port, values } in &wiring.wires {
+        let arrow = if port.direction == Direction::In { "takes" } else { "gives" };
+        let how = match values {
+            Values::Variables(references) => format!("{} variable(s)", references.len()),
+            Values::Same(_) => "one variable for all".to_owned(),
+            Values::Number(number) => format!("{number} at all"),
+        };
+        let points = port.points.map_or(String::new(), |points| format!("{points} points, "));
+        lines.push((format!("{arrow} {}", port.name), format!("{points}{how}")));
+    }
+    let records: Vec<&str> = wiring.records.iter().map(|(scalar, _)| scalar.name.as_str()).collect();
+    lines.push(("records".to_owned(), records.join(", ")));
+    lines.extend(wiring.notes.into_iter().map(|note| ("note".to_owned(), note)));
+    Ok(lines)
+}
+
+/// The unit that the case has for a side.
+pub fn unit_of(case: &Case, role: Role) -> Option<&Unit> {
+    let start = match role {
+        Role::Fluid => &case.fluid.as_ref()?.participant,
+        Role::Structure => &case.structure.as_ref()?.participant,
+    };
+    match start {
+        Start::Fmu(unit) => Some(unit),
+        _ => None,
+    }
+}
+
+struct UnitParticipant {
+    description: Description,
+    /// There until it is terminated.
+    instance: Option<Box<dyn Instance>>,
+    wiring: Wiring,
+    abilities: Abilities,
+    /// Whether the instance stands at the end of a solution that is not accepted.
+    left_accepted: bool,
+    /// Size (s) of the steps so far, of a unit whose steps are all of one size.
+    step_size: Option<f64>,
+    solved: Option<Solved>,
+    /// End of the last window (s).
+    time: f64,
+    /// Positions at the start (m).
+    reference: Vec<f64>,
+    snapshots: Option<Series>,
+    /// After the instance: its library is in there.
+    _unpacked: Unpacked,
+}
+
+/// What the unit says of itself that it can do.
+struct Abilities {
+    name: String,
+    keeps_state: bool,
+    serializes_state: bool,
+    variable_steps: bool,
+}
+
+struct Solved {
+    ended: Stepped,
+    compute_seconds: f64,
+}
+
+fn failed(error: impl std::fmt::Display) -> ParticipantError {
+    ParticipantError::failed(error.to_string())
+}
+
+impl UnitParticipant {
+    fn instance(&mut self) -> &mut dyn Instance {
+        self.instance.as_mut().expect("the table of legal calls puts nothing after terminate").as_mut()
+    }
+
+    fn set(&mut self, inputs: &Fields, which: impl Fn(Exchange) -> bool) -> Result<(), ParticipantError> {
+        let instance = self.instance.as_mut().expect("the table of legal calls puts nothing after terminate");
+        for Wire { port, values } in &self.wiring.wires {
+            let (Values::Variables(references), Direction::In) = (values, port.direction) else { continue };
+            if let (Some(field), true) = (inputs.get(&port.name), which(port.exchange)) {
+                instance.set(references, field).map_err(failed)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn get(
+        &mut self,
+        outputs: &mut Fields,
+        which: impl Fn(Exchange) -> bool,
+    ) -> Result<(), ParticipantError> {
+        let instance = self.instance.as_mut().expect("the table of legal calls puts nothing after terminate");
+        for Wire { port, values } in &self.wiring.wires {
+            if port.direction != Direction::Out || !which(port.exchange) {
+                continue;
+            }
+            let Some(field) = outputs.get_mut(&port.name) else { continue };
+            match values {
+                Values::Variables(references) => instance.get(references, field).map_err(failed)?,
+                Values::Same(reference) => {
+                    let mut value = [0.0];
+                    instance.get(&[*reference], &mut value).map_err(failed)?;
+                    field.fill(value[0]);
+                }
+                Values::Number(number) => field.fill(*number),
+            }
+        }
+        Ok(())
+    }
+
+    fn scalars(&mut self, ended: Stepped) -> Result<Vec<f64>, ParticipantError> {
+        let instance = self.instance.as_mut().expect("the table of legal calls puts nothing after terminate");
+        let read = self.wiring.records.iter().map(|(_, variable)| instance.number(variable).map_err(failed));
+        let mut scalars = read.collect::<Result<Vec<f64>, _>>()?;
+        scalars.push(f64::from(u8::from(ended == Stepped::EndRequested)));
+        Ok(scalars)
+    }
+
+    /// Largest next step (s). Where the unit names none, any will do; so will it where it names the largest number there is.
+    fn window_limit(&mut self) -> Result<f64, ParticipantError> {
+        let Some(variable) = self.wiring.window_limit.clone() else { return Ok(f64::INFINITY) };
+        let limit = self.instance().number(&variable).map_err(failed)?;
+        Ok(if limit == f64::MAX { f64::INFINITY } else { limit })
+    }
+
+    fn write_snapshot(&mut self) -> Result<(), ParticipantError> {
+        let (Some(snapshots), Some(instance)) = (&mut self.snapshots, &mut self.instance) else {
+            return Ok(());
+        };
+        let dimension = self.description.dimension;
+        let mut vectors = Vec::new();
+        for Wire { port, values } in &self.wiring.wires {
+            let (Values::Variables(references), Some(points)) = (values, port.points) else { continue };
+            if port.exchange == Exchange::EveryWindow && port.components == dimension {
+                let mut field = vec![0.0; points * dimension];
+                // An input that a unit does not give back is no reason to fail.
+                match (instance.get(references, &mut field), port.direction) {
+                    (Ok(()), _) => vectors.push((port.name.as_str(), field)),
+                    (Err(_), Direction::In) => {}
+                    (Err(error), Direction::Out) => return Err(failed(error)),
+                }
+            }
+        }
+        let Some(at) = vectors.iter().position(|(name, _)| *name == names::POSITION) else { return Ok(()) };
+        let (_, positions) = vectors.swap_remove(at);
+        if self.reference.is_empty() {
+            self.reference.clone_from(&positions);
+        }
+        let displacement: Vec<f64> =
+            positions.iter().zip(&self.reference).map(|(x, start)| x - start).collect();
+        let mut arrays = vec![PointArray::vector("displacement", dimension, &displacement)];
+        arrays.extend(vectors.iter().map(|(name, field)| PointArray::vector(name, dimension, field)));
+        let frame = ParticleFrame { time: self.time, dimension, positions: &positions, arrays: &arrays };
+        snapshots.write(&frame).map_err(failed)?;
+        Ok(())
+    }
+
+    fn check_step(&mut self, size: f64) -> Result<(), ParticipantError> {
+        if self.abilities.variable_steps {
+            return Ok(());
+        }
+        let first = *self.step_size.get_or_insert(size);
+        // Windows of one size differ by the rounding of their ends.
+        if (size - first).abs() <= 1e-9 * first {
+            return Ok(());
+        }
+        let name = &self.abilities.name;
+        Err(failed(format_args!(
+            "{name} takes steps of one size only (canHandleVariableCommunicationStepSize is false): the first had {first} s, this one has {size} s; choose coupling.max_window so that no other limit is smaller and case.output_interval is a multiple of it"
+        )))
+    }
+}
+
+impl Participant for UnitParticipant {
+    fn describe(&self) -> &Description {
+        &self.description
+    }
+
+    fn initialize(
+        &mut self,
+        start: f64,
+        inputs: &Fields,
+        outputs: &mut Fields,
+    ) -> Result<Readiness, ParticipantError> {
+        let parameters = std::mem::take(&mut self.wiring.parameters);
+        self.instance().enter_initialization(&parameters, start).map_err(failed)?;
+        self.set(inputs, |_| true)?;
+        self.instance().exit_initialization().map_err(failed)?;
+        self.get(outputs, |_| true)?;
+        self.time = start;
+        self.write_snapshot()?;
+        Ok(Readiness { window_limit: self.window_limit()?, scalars: self.scalars(Stepped::On)? })
+    }
+
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+        let started = Instant::now();
+        self.check_step(window.size)?;
+        match (self.left_accepted, self.abilities.keeps_state) {
+            (true, true) => self.instance().go_back().map_err(failed)?,
+            (false, true) => self.instance().keep().map_err(failed)?,
+            (false, false) => {}
+            (true, false) => {
+                let name = &self.abilities.name;
+                return Err(failed(format_args!(
+                    "{name} cannot solve a window again (canGetAndSetFMUState is false): take coupling.scheme = \"serial-explicit\" with coupling.prediction = false, or \"parallel-explicit\""
+                )));
+            }
+        }
+        self.set(inputs, |exchange| exchange == Exchange::EveryWindow)?;
+        self.left_accepted = true;
+        let ended = self.instance().step(window.start, window.size).map_err(failed)?;
+        self.time = window.end();
+        self.solved = Some(Solved { ended, compute_seconds: started.elapsed().as_secs_f64() });
+        Ok(())
+    }
+
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+        let solved = self.solved.take().expect("the table of legal calls puts a start before every finish");
+        self.get(outputs, |exchange| exchange == Exchange::EveryWindow)?;
+        let sub_steps = match self.wiring.sub_steps.clone() {
+            Some(variable) => self.instance().number(&variable).map_err(failed)? as u32,
+            None => 1,
+        };
+        Ok(WindowReport {
+            sub_steps,
+            window_limit: self.window_limit()?,
+            compute_seconds: solved.compute_seconds,
+            scalars: self.scalars(solved.ended)?,
+        })
+    }
+
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+        self.left_accepted = false;
+        if snapshot.is_some() { self.write_snapshot() } else { Ok(()) }
+    }
+
+    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+        self.check_serializes()?;
+        self.instance().keep().map_err(failed)?;
+        self.instance().serialize().map_err(failed)
+    }
+
+    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+        self.check_serializes()?;
+        self.instance().deserialize(state).map_err(failed)?;
+        self.instance().go_back().map_err(failed)?;
+        self.left_accepted = false;
+        Ok(())
+    }
+
+    fn terminate(&mut self) -> Result<(), ParticipantError> {
+        match self.instance.take() {
+            Some(mut instance) => instance.terminate().map_err(failed),
+            None => Ok(()),
+        }
+    }
+}
+
+impl UnitParticipant {
+    fn check_serializes(&self) -> Result<(), ParticipantError> {
+        if self.abilities.keeps_state && self.abilities.serializes_state {
+            return Ok(());
+        }
+        let name = &self.abilities.name;
+        Err(failed(format_args!(
+            "{name} cannot be saved (canSerializeFMUState is false): it can only run from the start"
+        )))
+    }
+}

@@ -1,0 +1,507 @@
+//! Which variables are behind which port, and what is recorded.
+
+use crate::Error;
+use crate::description::{Causality, Description, Dimension, Type, Variable, Version};
+use interfaces::case::Case;
+use interfaces::case::resolved::{Probe, Unit};
+use interfaces::case::unit::{ParameterValue, Source};
+use interfaces::port::names;
+use interfaces::{Direction, Exchange, Port, Quantity, Role, Scalar, ScalarKind};
+use std::path::Path;
+
+/// A unit's part in a coupling.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wiring {
+    /// The ports, and where their values are.
+    pub wires: Vec<Wire>,
+    /// What is recorded.
+    pub records: Vec<(Scalar, Variable)>,
+    /// Tells the largest next step (s).
+    pub window_limit: Option<Variable>,
+    /// Tells how many sub-steps the last step had.
+    pub sub_steps: Option<Variable>,
+    /// What to set before initialisation.
+    pub parameters: Vec<(Variable, ParameterValue)>,
+    /// What looks odd and may be meant, one line each.
+    pub notes: Vec<String>,
+}
+
+/// A port and what is behind it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Wire {
+    /// The port, its number of points known.
+    pub port: Port,
+    /// Where its values are.
+    pub values: Values,
+}
+
+/// Where the values of a port are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// In variables, their values one after another.
+    Variables(Vec<u32>),
+    /// In one variable, for all points.
+    Same(u32),
+    /// In the case, for all points.
+    Number(f64),
+}
+
+/// What a participant's report holds by default, where the unit has variables of these names.
+const ENERGIES: [&str; 5] =
+    ["kinetic_energy", "strain_energy", "potential_energy", "load_work", "dissipated_energy"];
+
+/// Ports of a side: name, quantity, direction, exchange.
+fn ports_of(role: Role) -> Vec<(&'static str, Quantity, Direction, Exchange)> {
+    use Direction::{In, Out};
+    use Exchange::{Constant, EveryWindow};
+    let (motion, load) = match role {
+        Role::Structure => (Out, In),
+        Role::Fluid => (In, Out),
+    };
+    let mut ports = vec![
+        (names::REFERENCE_VOLUME, Quantity::ReferenceVolume, motion, Constant),
+        (names::DENSITY, Quantity::Density, motion, Constant),
+        (names::POSITION, Quantity::Position, motion, EveryWindow),
+        (names::VELOCITY, Quantity::Velocity, motion, EveryWindow),
+        (names::PRESSURE_GRADIENT, Quantity::PressureGradient, load, EveryWindow),
+        (names::PRESSURE, Quantity::Pressure, load, EveryWindow),
+    ];
+    ports.extend(match role {
+        Role::Structure => vec![
+            (names::FACETS, Quantity::Facet, Out, Constant),
+            (names::START_PRESSURE_GRADIENT, Quantity::PressureGradient, In, EveryWindow),
+            (names::FORCE, Quantity::Force, In, EveryWindow),
+            (names::START_FORCE, Quantity::Force, In, EveryWindow),
+        ],
+        Role::Fluid => vec![
+            (names::PAIR_REACTION, Quantity::PairReaction, Out, EveryWindow),
+            (names::NORMAL, Quantity::Normal, Out, EveryWindow),
+            (names::HELD_PRESSURE_GRADIENT, Quantity::PressureGradient, In, EveryWindow),
+        ],
+    });
+    ports
+}
+
+/// Wires the unit that solves the side `role` of `case`.
+///
+/// # Errors
+/// All that does not fit.
+pub fn wire(unit: &Unit, description: &Description, case: &Case, role: Role) -> Result<Wiring, Error> {
+    let mut plan = Plan { unit, description, role, mismatches: Vec::new(), notes: Vec::new() };
+    let parameters = plan.parameters();
+    let wires = plan.wires(case.general.dimension);
+    let records = plan.records(&case.probes, case.general.dimension);
+    let window_limit = plan.number("window_limit", unit.variables.window_limit.as_deref(), "largest_step");
+    let sub_steps = plan.number("sub_steps", unit.variables.sub_steps.as_deref(), "steps_taken");
+    let Plan { mismatches, notes, .. } = plan;
+    if mismatches.is_empty() {
+        Ok(Wiring { wires, records, window_limit, sub_steps, parameters, notes })
+    } else {
+        Err(Error::Wiring { file: unit.file.clone(), mismatches })
+    }
+}
+
+struct Plan<'a> {
+    unit: &'a Unit,
+    description: &'a Description,
+    role: Role,
+    mismatches: Vec<String>,
+    notes: Vec<String>,
+}
+
+/// A port before the number of points is known.
+struct Found {
+    name: &'static str,
+    quantity: Quantity,
+    direction: Direction,
+    exchange: Exchange,
+    values: Values,
+    points: Option<usize>,
+}
+
+impl Plan<'_> {
+    fn key(&self, rest: &str) -> String {
+        format!("{}.participant.{rest}", self.role)
+    }
+
+    fn wires(&mut self, dimension: usize) -> Vec<Wire> {
+        let said = self.unit.variables.ports();
+        let known = ports_of(self.role);
+        for (name, _) in said
+            .iter()
+            .filter(|(name, source)| source.is_some() && known.iter().all(|(port, ..)| port != name))
+        {
+            let key = self.key(&format!("variables.{name}"));
+            self.mismatches.push(format!("{key}: a {} has no such port", self.role));
+        }
+        let mut found = Vec::new();
+        for (name, quantity, direction, exchange) in known {
+            let source = said.iter().find(|(port, _)| *port == name).and_then(|(_, source)| *source);
+            let values = match source {
+                Some(source) => self.said(name, source, quantity.components(dimension), direction, exchange),
+                None => self.of_own_name(name, quantity.components(dimension), direction, exchange),
+            };
+            if let Some((values, points)) = values {
+                found.push(Found { name, quantity, direction, exchange, values, points });
+            }
+        }
+        self.check_needed(&found);
+        let points = self.common_points(&found);
+        found
+            .into_iter()
+            .map(|Found { name, quantity, direction, exchange, values, points: own }| {
+                let port = Port::new(name, quantity, dimension, own.or(points), direction);
+                let port = if exchange == Exchange::Constant { port.constant() } else { port };
+                // A unit takes what is given; what nobody gives stays at its start value, and that is for the partner to know.
+                let needed =
+                    name == names::PRESSURE_GRADIENT || name == names::FORCE || name == names::POSITION;
+                let port = if direction == Direction::In && !needed { port.optional() } else { port };
+                Wire { port, values }
+            })
+            .collect()
+    }
+
+    /// Values of a port for which the case names variables.
+    fn said(
+        &mut self,
+        port: &str,
+        source: &Source,
+        components: usize,
+        direction: Direction,
+        exchange: Exchange,
+    ) -> Option<(Values, Option<usize>)> {
+        let key = self.key(&format!("variables.{port}"));
+        let names = match source {
+            Source::Number(number) => {
+                if exchange == Exchange::Constant && direction == Direction::Out {
+                    return Some((Values::Number(*number), None));
+                }
+                self.mismatches.push(format!("{key} = {number}: a number stands for what a {} gives once, and `{port}` is none of these; name variables", self.role));
+                return None;
+            }
+            Source::Name(name) if name.contains("{point}") => match self.pattern(name, components) {
+                Ok(names) => names,
+                Err(what) => {
+                    self.mismatches.push(format!("{key} = \"{name}\": {what}"));
+                    return None;
+                }
+            },
+            Source::Name(name) => {
+                let Some(variable) = self.variable(&key, name) else { return None };
+                return self.one(&key, &variable, components, direction, exchange);
+            }
+            Source::Names(names) => names.clone(),
+        };
+        let variables: Option<Vec<Variable>> = names.iter().map(|name| self.variable(&key, name)).collect();
+        let variables = variables?;
+        if variables.is_empty() || variables.len() % components != 0 {
+            let count = variables.len();
+            self.mismatches.push(format!("{key}: {count} variables are named, and a point has {components}"));
+            return None;
+        }
+        let odd = variables.iter().find(|variable| !variable.dimensions.is_empty());
+        if let Some(odd) = odd {
+            self.mismatches.push(format!("{key}: `{}` is an array in a list of scalars", odd.name));
+            return None;
+        }
+        if !variables.iter().all(|variable| self.may(&key, variable, direction)) {
+            return None;
+        }
+        let points = variables.len() / components;
+        self.check_unit(port, &variables[0]);
+        Some((Values::Variables(variables.iter().map(|variable| variable.reference).collect()), Some(points)))
+    }
+
+    /// Values of a port for which the case says nothing: the variable of its own name, where that fits.
+    fn of_own_name(
+        &mut self,
+        port: &str,
+        components: usize,
+        direction: Direction,
+        exchange: Exchange,
+    ) -> Option<(Values, Option<usize>)> {
+        let variable = self.description.variable(port)?.clone();
+        let key = self.key(&format!("variables.{port}"));
+        // A variable that only happens to have the name is none of the interface's.
+        let scalar_of_many = variable.dimensions.is_empty()
+            && !(exchange == Exchange::Constant && direction == Direction::Out && components == 1);
+        if variable.kind != Type::Float64 || scalar_of_many {
+            return None;
+        }
+        self.one(&key, &variable, components, direction, exchange)
+    }
+
+    /// One variable for a whole port.
+    fn one(
+        &mut self,
+        key: &str,
+        variable: &Variable,
+        components: usize,
+        direction: Direction,
+        exchange: Exchange,
+    ) -> Option<(Values, Option<usize>)> {
+        if !self.may(key, variable, direction) {
+            return None;
+        }
+        self.check_unit(key.rsplit('.').next().unwrap_or(key), variable);
+        let name = &variable.name;
+        if variable.dimensions.is_empty() {
+            if exchange == Exchange::Constant && direction == Direction::Out && components == 1 {
+                return Some((Values::Same(variable.reference), None));
+            }
+            if components > 1 {
+                self.mismatches.push(format!("{key}: `{name}` is a scalar; name an array, a list, or a pattern with {{point}} and {{axis}}"));
+                return None;
+            }
+            return Some((Values::Variables(vec![variable.reference]), Some(1)));
+        }
+        let mut lengths = Vec::new();
+        for dimension in &variable.dimensions {
+            match self.length(*dimension) {
+                Some(length) => lengths.push(length),
+                None => {
+                    self.mismatches.push(format!("{key}: the size of `{name}` is not known"));
+                    return None;
+                }
+            }
+        }
+        let total: usize = lengths.iter().product();
+        let by_point = lengths.len() == 1 || lengths.last() == Some(&components) || components == 1;
+        if total == 0 || total % components != 0 || !by_point {
+            self.mismatches.push(format!(
+                "{key}: `{name}` is an array of {lengths:?}; one of points × {components} belongs here"
+            ));
+            return None;
+        }
+        Some((Values::Variables(vec![variable.reference]), Some(total / components)))
+    }
+
+    /// Names of scalars, point by point, as far as there are variables of that name.
+    fn pattern(&self, pattern: &str, components: usize) -> Result<Vec<String>, String> {
+        const AXES: [&str; 3] = ["x", "y", "z"];
+        if components > 1 && !pattern.contains("{axis}") && !pattern.contains("{component}") {
+            return Err(format!(
+                "a point has {components} components; add {{axis}} (x, y, z) or {{component}} (1, 2, 3)"
+            ));
+        }
+        let of = |point: usize| -> Vec<String> {
+            (0..components)
+                .map(|c| {
+                    let name = pattern.replace("{point}", &point.to_string()).replace("{axis}", AXES[c]);
+                    name.replace("{component}", &(c + 1).to_string())
+                })
+                .collect()
+        };
+        let there = |point: &usize| of(*point).iter().any(|name| self.description.variable(name).is_some());
+        let first = usize::from(!there(&0));
+        let names: Vec<String> = (first..).take_while(there).flat_map(of).collect();
+        if names.is_empty() {
+            return Err(format!("there is neither `{}` nor that of point 0", of(1)[0]));
+        }
+        Ok(names)
+    }
+
+    fn variable(&mut self, key: &str, name: &str) -> Option<Variable> {
+        let found = self.description.variable(name).cloned();
+        if found.is_none() {
+            let remedy = self.nearest(name).map_or(String::new(), |near| format!("; did you mean `{near}`?"));
+            self.mismatches.push(format!("{key}: there is no variable `{name}`{remedy}"));
+        }
+        found
+    }
+
+    /// The name nearest to one that is none: the same but for case or one sign, or one that it is part of.
+    fn nearest(&self, name: &str) -> Option<&str> {
+        let letters = |text: &str| -> String {
+            text.chars().filter(|c| c.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+        };
+        let wanted = letters(name);
+        let all = || self.description.variables.iter().map(|variable| variable.name.as_str());
+        all().find(|other| letters(other) == wanted).or_else(|| {
+            all().filter(|other| letters(other).contains(&wanted)).min_by_key(|other| other.len())
+        })
+    }
+
+    /// Whether a variable can be set or read as the port asks.
+    fn may(&mut self, key: &str, variable: &Variable, direction: Direction) -> bool {
+        let name = &variable.name;
+        if variable.kind != Type::Float64 {
+            self.mismatches.push(format!(
+                "{key}: `{name}` is of type {:?}; a field is Float64 (FMI 2.0: Real)",
+                variable.kind
+            ));
+            return false;
+        }
+        let settable = matches!(variable.causality, Causality::Input | Causality::Parameter);
+        if direction == Direction::In && !settable {
+            self.mismatches.push(format!("{key}: `{name}` is no input"));
+            return false;
+        }
+        if direction == Direction::Out && variable.causality == Causality::Input {
+            self.mismatches.push(format!("{key}: `{name}` is an input, and the {} gives this", self.role));
+            return false;
+        }
+        true
+    }
+
+    fn check_unit(&mut self, port: &str, variable: &Variable) {
+        let quantity = ports_of(self.role).into_iter().find(|(name, ..)| *name == port).map(|(_, q, ..)| q);
+        let (Some(quantity), Some(unit)) = (quantity, &variable.unit) else { return };
+        if unit != quantity.unit() {
+            let (name, wanted) = (&variable.name, quantity.unit());
+            self.notes.push(format!("`{name}` is in `{unit}`; port `{port}` takes its numbers as {wanted}"));
+        }
+    }
+
+    fn length(&self, dimension: Dimension) -> Option<usize> {
+        let reference = match dimension {
+            Dimension::Fixed(length) => return Some(length),
+            Dimension::Of(reference) => reference,
+        };
+        let variable = self.description.variables.iter().find(|variable| variable.reference == reference)?;
+        match self.unit.parameters.get(&variable.name) {
+            Some(ParameterValue::Number(number)) => Some(*number as usize),
+            _ => variable.start.as_ref()?.parse().ok(),
+        }
+    }
+
+    fn check_needed(&mut self, found: &[Found]) {
+        let has = |name: &str| found.iter().any(|port| port.name == name);
+        let needed: &[&[&str]] = match self.role {
+            Role::Structure => {
+                &[&[names::POSITION], &[names::VELOCITY], &[names::PRESSURE_GRADIENT, names::FORCE]]
+            }
+            Role::Fluid => &[&[names::PRESSURE_GRADIENT], &[names::POSITION]],
+        };
+        let said = self.unit.variables.ports();
+        let is_said = |name: &str| said.iter().any(|(port, source)| *port == name && source.is_some());
+        let missing: Vec<_> = needed
+            .iter()
+            // One that was named and does not fit was reported already.
+            .filter(|any| !any.iter().any(|name| has(name) || is_said(name)))
+            .collect();
+        for any in missing {
+            let key = self.key(&format!("variables.{}", any[0]));
+            let ports = any.join("` or `");
+            self.mismatches.push(format!(
+                "{key}: nothing is behind port `{ports}`, which a {} needs; name variables",
+                self.role
+            ));
+        }
+    }
+
+    /// The number of points of all ports but those with a number of their own.
+    fn common_points(&mut self, found: &[Found]) -> Option<usize> {
+        let counted: Vec<(&str, usize)> = found
+            .iter()
+            .filter(|port| port.quantity != Quantity::Facet)
+            .filter_map(|port| Some((port.name, port.points?)))
+            .collect();
+        let (first, points) = *counted.first()?;
+        for (name, other) in counted.iter().filter(|(_, other)| *other != points) {
+            self.mismatches.push(format!("`{first}` has {points} points, `{name}` has {other}"));
+        }
+        Some(points)
+    }
+
+    fn records(&mut self, probes: &[Probe], dimension: usize) -> Vec<(Scalar, Variable)> {
+        let mut records: Vec<(Scalar, Variable)> = Vec::new();
+        let scalar =
+            |name: &str, unit: &str, kind| Scalar { name: name.to_owned(), unit: unit.to_owned(), kind };
+        let of_case = ENERGIES.map(|name| scalar(name, "J", ScalarKind::Balance));
+        let is_mine = |probe: &&Probe| probe.is_on_structure() == (self.role == Role::Structure);
+        let of_probes = probes.iter().filter(is_mine).flat_map(|probe| probe.scalars(dimension));
+        for scalar in of_case.into_iter().chain(of_probes) {
+            let variable = self.description.variable(&scalar.name).filter(|variable| is_number(variable));
+            records.extend(variable.map(|variable| (scalar, variable.clone())));
+        }
+        let key = self.key("record");
+        for name in &self.unit.record {
+            let Some(variable) = self.variable(&key, name) else { continue };
+            if !is_number(&variable) {
+                self.mismatches.push(format!("{key}: `{name}` is no number"));
+            } else if records.iter().all(|(scalar, _)| scalar.name != *name) {
+                let unit = variable.unit.clone().unwrap_or_else(|| "1".to_owned());
+                records.push((scalar(name, &unit, ScalarKind::Balance), variable));
+            }
+        }
+        records
+    }
+
+    /// A number that the unit tells.
+    fn number(&mut self, what: &str, said: Option<&str>, usual: &str) -> Option<Variable> {
+        let key = self.key(&format!("variables.{what}"));
+        let Some(name) = said else {
+            return self.description.variable(usual).filter(|variable| is_number(variable)).cloned();
+        };
+        let variable = self.variable(&key, name)?;
+        if !is_number(&variable) {
+            self.mismatches.push(format!("{key}: `{name}` is no number"));
+            return None;
+        }
+        Some(variable)
+    }
+
+    fn parameters(&mut self) -> Vec<(Variable, ParameterValue)> {
+        let mut parameters = Vec::new();
+        for (name, value) in &self.unit.parameters {
+            let key = self.key(&format!("parameters.{name}"));
+            let Some(variable) = self.variable(&key, name) else { continue };
+            let settable = [Causality::Parameter, Causality::StructuralParameter, Causality::Input];
+            if !settable.contains(&variable.causality) {
+                self.mismatches.push(format!("{key}: it is no parameter"));
+                continue;
+            }
+            if let Err(what) = fits(variable.kind, value) {
+                self.mismatches.push(format!("{key}: {what}"));
+                continue;
+            }
+            parameters.push((variable, value.clone()));
+        }
+        parameters
+    }
+}
+
+fn is_number(variable: &Variable) -> bool {
+    variable.dimensions.is_empty() && !matches!(variable.kind, Type::String | Type::Other)
+}
+
+/// Whether a value can be a variable's of that type.
+fn fits(kind: Type, value: &ParameterValue) -> Result<(), String> {
+    let whole = |number: f64, least: f64, most: f64| {
+        if number.fract() == 0.0 && (least..=most).contains(&number) {
+            Ok(())
+        } else {
+            Err(format!("{number} is no whole number of type {kind:?}"))
+        }
+    };
+    let number = |number: f64| match kind {
+        Type::Float64 | Type::Float32 => Ok(()),
+        Type::Int32 => whole(number, f64::from(i32::MIN), f64::from(i32::MAX)),
+        Type::UInt32 => whole(number, 0.0, f64::from(u32::MAX)),
+        // Whole numbers up to here are exact.
+        Type::Int64 => whole(number, -9e15, 9e15),
+        Type::UInt64 => whole(number, 0.0, 9e15),
+        _ => Err(format!("it is of type {kind:?}, not a number")),
+    };
+    match (kind, value) {
+        (Type::Other, _) => Err("it is of a type that a case cannot set".to_owned()),
+        (Type::Boolean, ParameterValue::Boolean(_)) | (Type::String, ParameterValue::Text(_)) => Ok(()),
+        (_, ParameterValue::Number(value)) => number(*value),
+        (_, ParameterValue::Numbers(values)) => values.iter().try_for_each(|value| number(*value)),
+        (_, ParameterValue::Boolean(_) | ParameterValue::Text(_)) => Err(format!("it is of type {kind:?}")),
+    }
+}
+
+/// How a version is named in print.
+pub fn version_name(version: Version) -> &'static str {
+    match version {
+        Version::Fmi2 => "FMI 2.0",
+        Version::Fmi3 => "FMI 3.0",
+    }
+}
+
+/// The name of a unit in messages: its file's.
+pub fn file_name(file: &Path) -> String {
+    file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned()
+}
