@@ -44,6 +44,7 @@ fn dependencies_point_one_way() {
         "structure",
         "structure-fmu",
         "coupler",
+        "fmu-host",
         "validation",
         "partners",
         "meniscus",
@@ -56,6 +57,7 @@ fn dependencies_point_one_way() {
         ("structure", vec!["sph", "interfaces", "output"]),
         ("structure-fmu", vec!["sph", "interfaces", "output", "structure"]),
         ("coupler", vec!["interfaces", "output"]),
+        ("fmu-host", vec!["interfaces", "output"]),
         ("validation", vec!["interfaces", "output", "coupler"]),
         ("partners", vec!["interfaces"]),
         (
@@ -67,6 +69,7 @@ fn dependencies_point_one_way() {
                 "structure",
                 "structure-fmu",
                 "coupler",
+                "fmu-host",
                 "validation",
                 "partners",
             ],

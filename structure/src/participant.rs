@@ -39,7 +39,6 @@ pub trait Stressed: Participant {
     /// The largest stable sub-step (s) from the accepted state.
     fn stable_time_step(&self) -> f64;
 
-
     /// The largest von Mises stress (Pa) of the particles in the accepted state.
     ///
     /// # Errors

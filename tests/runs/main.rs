@@ -13,4 +13,5 @@ mod mapped;
 mod processes;
 mod solvers;
 mod support;
+mod unit;
 mod within;

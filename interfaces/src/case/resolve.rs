@@ -98,12 +98,13 @@ pub(super) fn region_shape(region: &typed::Region) -> Option<RegionShape> {
     }
 }
 
-/// √(g H), H the extent of all regions along gravity; without gravity the greatest speed at the start, 0 where all is at rest.
+/// √(g H), H the extent of all regions along gravity; without gravity the greatest speed at the start, 0 where all is at rest or there are no
+/// regions, as of a fluid that is not ours.
 pub(super) fn default_characteristic_speed(fluid: &typed::Fluid, gravity: &[f64]) -> f64 {
     let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let g = norm(gravity);
     // A NaN, for a gravity that the check found wrong, goes this way too and comes out as NaN.
-    if g != 0.0 {
+    if g != 0.0 && !fluid.region.is_empty() {
         // The corners of a box reach furthest along g where each coordinate does.
         let reach = |bounds: &AxisBox, far: bool| -> f64 {
             gravity

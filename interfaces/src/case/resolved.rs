@@ -67,7 +67,9 @@ pub struct Fluid {
     pub particle_spacing: f64,
     /// Largest time step (s).
     pub max_time_step: f64,
-    /// Speed that scales artificial viscosity, shifting and the first time step (m/s); by default √(g H), H the fluid's height along gravity.
+    /// Speed that scales artificial viscosity, shifting and the first time step (m/s); by default √(g H), H the fluid's height along gravity. Zero where
+    /// another solver needs none.
+    #[serde(skip_serializing_if = "is_zero")]
     pub characteristic_speed: f64,
     /// Where particles live: one that leaves this box has left the run.
     pub domain: AxisBox,
@@ -83,6 +85,11 @@ pub struct Fluid {
     pub numerics: FluidNumerics,
     /// Who solves it.
     pub participant: Start,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands over a reference")]
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
 }
 
 /// `[[fluid.wall]]`: a rigid wall.

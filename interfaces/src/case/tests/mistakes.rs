@@ -129,7 +129,7 @@ const ROWS: &[(&str, &str, &str)] = &[
      "line 9: fluid: there is no fluid in it; add a [[fluid.region]]"),
     ("[[fluid.region]]",
      "[fluid.participant]\nstart = \"own\"\ncommand = [\"x\"]\n[[fluid.region]]",
-     "line 14: fluid.participant: has both start and command; leave one of them out"),
+     "line 14: fluid.participant: has start and command; leave all but one of them out"),
     ("[[fluid.region]]",
      "[fluid.participant]\ncommand = []\n[[fluid.region]]",
      "line 15: fluid.participant.command = []: names no program; write [\"program\", \"argument\", ...]"),

@@ -382,3 +382,91 @@ fn every_key_is_in_the_docs() {
     let missing: Vec<_> = found.iter().filter(|key| !page.contains(&format!("`{key}`"))).collect();
     assert!(missing.is_empty(), "docs/case-file.md does not tell of {missing:?}");
 }
+
+/// A unit in a participant's place: its file is sought from the case file, names and parameters are the unit's own.
+#[test]
+fn a_unit_reads_back_as_it_was_resolved() {
+    use super::unit::{ParameterValue, Source};
+    let text = r#"
+[case]
+title = "Unit"
+dimension = 2
+end_time = 1.0
+output_interval = 0.1
+particle_spacing = 0.01
+gravity = [0.0, -9.81]
+
+[fluid]
+density = 1000.0
+kinematic_viscosity = 1e-6
+domain = { low = [0.0, 0.0], high = [1.0, 1.0] }
+participant = { start = "by-hand" }
+
+[structure.material]
+law = "neo-hookean"
+youngs_modulus = 1e6
+poisson_ratio = 0.3
+density = 1000.0
+
+[structure.participant]
+fmu = "units/plate.fmu"
+record = ["stress"]
+[structure.participant.variables]
+position = "node[{point}].{axis}"
+velocity = ["v1", "v2"]
+density = 1100
+window_limit = "longest"
+[structure.participant.parameters]
+"body.E" = 2000000
+nodes = 12
+linear = true
+law = "hooke"
+weights = [1.0, 0.5]
+"#;
+    let read = |text: &str| Case::parse(text, Path::new("/cases/plate/case.toml"), &[]);
+    let case = read(text).unwrap_or_else(|errors| panic!("{errors}"));
+    // Without gravity's depth or regions a foreign fluid has no speed of its own; it is not asked for one.
+    assert_eq!(case.fluid.as_ref().unwrap().characteristic_speed, 0.0);
+    let Start::Fmu(unit) = &case.structure.as_ref().unwrap().participant else { panic!("it is a unit") };
+    assert_eq!(unit.file, Path::new("/cases/plate/units/plate.fmu"));
+    assert_eq!(unit.variables.density, Some(Source::Number(1100.0)));
+    assert_eq!(unit.variables.velocity, Some(Source::Names(vec!["v1".to_owned(), "v2".to_owned()])));
+    assert_eq!(unit.parameters["body.E"], ParameterValue::Number(2e6));
+    assert_eq!(unit.parameters["linear"], ParameterValue::Boolean(true));
+    assert_eq!(unit.parameters["law"], ParameterValue::Text("hooke".to_owned()));
+    assert_eq!(unit.parameters["weights"], ParameterValue::Numbers(vec![1.0, 0.5]));
+    // Read from elsewhere it is the same: the resolved case names the file whole.
+    let again = Case::parse(&case.to_toml(), Path::new("/out/case.toml"), &[]);
+    assert_eq!(again.unwrap_or_else(|errors| panic!("{errors}\n{}", case.to_toml())), case);
+
+    for (from, to, message) in [
+        (
+            "fmu = ",
+            "start = \"own\"\nfmu = ",
+            "structure.participant: has start and fmu; leave all but one of them out",
+        ),
+        (
+            "fmu = \"units/plate.fmu\"",
+            "",
+            "structure.participant.parameters: is for functional mock-up units alone",
+        ),
+        (
+            "density = 1100",
+            "densty = 1100",
+            "structure.participant.variables.densty = 1100: there is no such key; did you mean \"density\"?",
+        ),
+        (
+            "velocity = [\"v1\", \"v2\"]",
+            "velocity = true",
+            "is true or false, but must be a number or a string or a list of strings",
+        ),
+        (
+            "linear = true",
+            "linear = 1979-05-27",
+            "is a date, but must be true or false or a number or a string or a list of numbers",
+        ),
+    ] {
+        let words = read(&text.replacen(from, to, 1)).expect_err(message).to_string();
+        assert!(words.contains(message), "`{message}` is not in: {words}");
+    }
+}

@@ -1,0 +1,174 @@
+//! The exported structure as a participant: the contract that the native one keeps too, and the same bits.
+
+use interfaces::case::Case;
+use interfaces::{Direction, Exchange, Fields, Guarded, Participant, Role, SubSteps, TimeWindow};
+use meniscus_structure::description::Version;
+use meniscus_structure::package::{Library, export, library_name, this_platform};
+use partners::conformance;
+use std::cell::Cell;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// A plate of 4 × 30 particles, clamped at its left end, that a fluid may load.
+const PLATE: &str = r#"
+[case]
+title = "Plate"
+dimension = 2
+end_time = 0.1
+output_interval = 0.01
+particle_spacing = 5e-3
+gravity = [0.0, -9.81]
+threads = 1
+
+[fluid]
+density = 1000.0
+kinematic_viscosity = 1e-6
+domain = { low = [0.0, 0.0], high = [1.0, 1.0] }
+participant = { start = "by-hand" }
+
+[structure]
+#participant
+
+[structure.material]
+law = "saint-venant-kirchhoff"
+youngs_modulus = 2e6
+poisson_ratio = 0.4
+density = 1000.0
+
+[[structure.body]]
+name = "plate"
+box = { low = [0.0, -0.01], high = [0.15, 0.01] }
+
+[[structure.clamp]]
+name = "root"
+body = "plate"
+face = "left"
+
+[coupling]
+sub_steps = 20
+
+[[probe]]
+name = "tip"
+on = "structure"
+quantity = "displacement"
+at = [0.15, 0.0]
+"#;
+
+fn case(participant: &str, overrides: &[&str]) -> Case {
+    let overrides: Vec<String> = overrides.iter().map(|&setting| setting.to_owned()).collect();
+    let text = PLATE.replace("#participant", participant);
+    Case::parse(&text, Path::new("/case.toml"), &overrides).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+/// The shared library that cargo made for these tests.
+fn library() -> Library {
+    let executable = std::env::current_exe().expect("a test is a file");
+    let file = executable.parent().expect("in a folder").join(library_name());
+    Library { platform: this_platform(), file }
+}
+
+struct Workshop {
+    folder: TempDir,
+    count: Cell<u32>,
+}
+
+impl Workshop {
+    fn new() -> Self {
+        Self { folder: tempfile::tempdir().expect("a folder"), count: Cell::new(0) }
+    }
+
+    fn export(&self, version: Version) -> PathBuf {
+        let unit = self.folder.path().join(format!("{version:?}.fmu"));
+        export(&case("", &[]), version, 4, &[library()], &unit).expect("a unit");
+        unit
+    }
+
+    fn folder(&self) -> PathBuf {
+        self.count.set(self.count.get() + 1);
+        let folder = self.folder.path().join(self.count.get().to_string());
+        std::fs::create_dir(&folder).expect("a folder");
+        folder
+    }
+
+    fn open(&self, case: &Case) -> Box<dyn Participant> {
+        fmu_host::open(case, Role::Structure, &self.folder()).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    fn native(&self, case: &Case) -> Box<dyn Participant> {
+        structure::participant::from_case(case, &self.folder()).expect("a structure")
+    }
+}
+
+/// Windows that the sub-steps are stable with, at most 0.3 ms for 20 of them.
+fn options() -> conformance::Options<'static> {
+    conformance::Options { size: 2e-4, sub_steps: SubSteps::Fixed(20), ..Default::default() }
+}
+
+#[test]
+fn unit_and_native_participant_keep_the_same_contract() {
+    let workshop = Workshop::new();
+    let own = case("", &[]);
+    conformance::check(|| workshop.native(&own), &options())
+        .unwrap_or_else(|broken| panic!("native: {broken}"));
+    let unit = workshop.export(Version::Fmi3);
+    let whole = case(&format!("participant = {{ fmu = \"{}\" }}", unit.display()), &[]);
+    conformance::check(|| workshop.open(&whole), &options())
+        .unwrap_or_else(|broken| panic!("FMI 3.0: {broken}"));
+    let unit = workshop.export(Version::Fmi2);
+    let reduced = case(
+        &format!(
+            "participant = {{ fmu = \"{}\", variables = {{ position = \"point[{{point}}].position.{{axis}}\", velocity = \"point[{{point}}].velocity.{{axis}}\", force = \"point[{{point}}].force.{{axis}}\" }} }}",
+            unit.display()
+        ),
+        &[],
+    );
+    conformance::check(|| workshop.open(&reduced), &options())
+        .unwrap_or_else(|broken| panic!("FMI 2.0: {broken}"));
+}
+
+/// What a life of windows, some of them solved twice, gave: all fields and numbers, as bits.
+fn life(participant: Box<dyn Participant>) -> Vec<Vec<u64>> {
+    let mut participant = Guarded::new(participant);
+    let description = participant.describe().clone();
+    let [mut inputs, mut outputs] = [Direction::In, Direction::Out].map(|d| description.fields(d, 0));
+    let bits = |fields: &Fields, numbers: &[f64]| -> Vec<u64> {
+        let mut ports: Vec<_> = fields.iter().collect();
+        ports.sort_by(|one, other| one.0.name.cmp(&other.0.name));
+        let fields = ports.into_iter().filter(|(port, _)| port.exchange == Exchange::EveryWindow);
+        fields.flat_map(|(_, array)| array).chain(numbers).map(|value| value.to_bits()).collect()
+    };
+    // The scalars that both have: energies and the probe.
+    let shared = 7;
+    let ready = participant.initialize(0.0, &inputs, &mut outputs).expect("it begins");
+    assert!(ready.window_limit < 1e-3, "{}", ready.window_limit);
+    let mut found = vec![bits(&outputs, &[&ready.scalars[..shared], &[ready.window_limit]].concat())];
+    let mut start = 0.0;
+    for index in 0..8_u64 {
+        let size = [2e-4, 1e-4, 1.7e-4][index as usize % 3];
+        for iteration in 0..=(index as u32 % 2) {
+            conformance::plausible(start, iteration, &mut inputs);
+            let window = TimeWindow { index, iteration, start, size, sub_steps: SubSteps::Fixed(20) };
+            participant.start(&window, &inputs).expect("it solves");
+            let report = participant.finish(&mut outputs).expect("it solved");
+            let numbers = [f64::from(report.sub_steps), report.window_limit];
+            found.push(bits(&outputs, &[&report.scalars[..shared], &numbers].concat()));
+        }
+        participant.accept(None).expect("it is taken");
+        start += size;
+    }
+    found
+}
+
+#[test]
+fn unit_and_native_participant_give_the_same_bits() {
+    let workshop = Workshop::new();
+    let unit = workshop.export(Version::Fmi3);
+    let participant = format!("participant = {{ fmu = \"{}\" }}", unit.display());
+    let native = life(workshop.native(&case("", &[])));
+    assert_eq!(life(workshop.open(&case(&participant, &[]))), native);
+    // With a parameter of the unit in the place of a key of the case.
+    let softer = participant.replace("\" }", "\", parameters = { youngs_modulus = 1e6 } }");
+    let native_softer = life(workshop.native(&case("", &["structure.material.youngs_modulus=1e6"])));
+    assert_ne!(native_softer, native);
+    assert_eq!(life(workshop.open(&case(&softer, &[]))), native_softer);
+}

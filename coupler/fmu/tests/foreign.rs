@@ -1,0 +1,271 @@
+//! A unit that another hand wrote in C, as a participant: the contract, the physics, and what does not fit.
+
+mod spring_unit;
+
+use coupler::schedule::Schedule;
+use coupler::schemes::serial_explicit::SerialExplicit;
+use coupler::schemes::{Onward, Pair};
+use coupler::side::Side;
+use interfaces::case::Case;
+use interfaces::case::coupling::StructureVelocity::Mean;
+use interfaces::port::names;
+use interfaces::{Guarded, Participant, Role, SubSteps};
+use partners::{build, conformance};
+use spring_unit::Spring;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// A case whose structure a unit solves.
+fn case(participant: &str) -> Case {
+    let text = format!(
+        r#"
+[case]
+title = "Spring"
+dimension = 2
+end_time = 1.0
+output_interval = 0.1
+particle_spacing = 0.01
+
+[fluid]
+density = 1000.0
+kinematic_viscosity = 1e-6
+domain = {{ low = [0.0, 0.0], high = [1.0, 1.0] }}
+participant = {{ start = "by-hand" }}
+
+[structure]
+participant = {participant}
+
+[structure.material]
+law = "saint-venant-kirchhoff"
+youngs_modulus = 1e6
+poisson_ratio = 0.3
+density = 1000.0
+"#
+    );
+    Case::parse(&text, Path::new("/case.toml"), &[]).unwrap_or_else(|errors| panic!("{errors}"))
+}
+
+struct Workshop {
+    folder: TempDir,
+    count: std::cell::Cell<u32>,
+}
+
+impl Workshop {
+    fn new() -> Self {
+        Self { folder: tempfile::tempdir().expect("a folder"), count: std::cell::Cell::new(0) }
+    }
+
+    fn unit(&self, spring: Spring) -> PathBuf {
+        spring.build(self.folder.path())
+    }
+
+    /// Opens the unit of a case in a folder of its own.
+    fn open(&self, case: &Case) -> Result<Box<dyn Participant>, fmu_host::Error> {
+        self.count.set(self.count.get() + 1);
+        fmu_host::open(case, Role::Structure, &self.folder.path().join(self.count.get().to_string()))
+    }
+}
+
+#[test]
+fn it_keeps_the_contract() {
+    let workshop = Workshop::new();
+    for version in [2, 3] {
+        let spring = Spring::of(version);
+        let unit = workshop.unit(spring);
+        let case = case(&spring.participant(&unit, "stiffness = 400"));
+        let make = || workshop.open(&case).expect("a unit");
+        conformance::check(make, &conformance::Options::default())
+            .unwrap_or_else(|broken| panic!("FMI {version}: {broken}"));
+        // Whatever a participant unpacks goes with it.
+        let left = walk(workshop.folder.path()).filter(|file| file.ends_with("modelDescription.xml")).count();
+        assert_eq!(left, 0);
+    }
+}
+
+fn walk(folder: &Path) -> Box<dyn Iterator<Item = PathBuf>> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    Box::new(
+        entries.flat_map(|path| if path.is_dir() { walk(&path) } else { Box::new(std::iter::once(path)) }),
+    )
+}
+
+/// Five points of 0.1 kg with 0.5 kg of fluid that rides on them: the mock of the same equation, in Rust, and the unit, in C, move alike.
+#[test]
+fn it_moves_as_the_mock_of_its_equation() {
+    let tip = |structure: Box<dyn Participant>| {
+        let side = |participant| Side::new(Box::new(Guarded::new(participant)));
+        let fluid = build("added-mass-column mass=0.5 wall=compliant gravity=9.81").expect("a mock");
+        let mut pair = Pair::initialize(side(fluid), side(structure), 0.0, Mean).expect("they fit");
+        let mut schedule = Schedule::new(0.0, 0.5, 0.1, 0.004, SubSteps::Fixed(10));
+        let mut path = Vec::new();
+        let explicit = SerialExplicit { relaxation: 1.0, enforce: true, predict: true };
+        let ended = explicit.run(&mut pair, &mut schedule, |_, pair| {
+            path.push(pair.structure.outputs.get(names::POSITION).expect("given")[1]);
+            Ok(Onward::Continue)
+        });
+        ended.expect("nothing fails");
+        path
+    };
+    let mock = build("spring-mass points=5 spacing=0.01 density=1000 stiffness=400 integration=rk4")
+        .expect("a mock");
+    let expected = tip(mock);
+    let workshop = Workshop::new();
+    for version in [2, 3] {
+        let spring = Spring::of(version);
+        let unit = workshop.unit(spring);
+        let found = tip(workshop.open(&case(&spring.participant(&unit, "stiffness = 400"))).expect("a unit"));
+        assert_eq!(found.len(), expected.len());
+        // It sinks and swings: 9.81 m/s² of 0.5 kg on 400 N/m are 12 mm at rest.
+        assert!(found.iter().any(|y| *y < -0.015), "{found:?}");
+        for (n, (one, other)) in found.iter().zip(&expected).enumerate() {
+            // The same formulas in another order of sums: round-off of 125 windows.
+            assert!((one - other).abs() < 1e-13, "FMI {version}, window {n}: {one} {other}");
+        }
+    }
+}
+
+/// More nodes than the unit starts with: said in configuration mode.
+#[test]
+fn a_structural_parameter_sizes_its_arrays() {
+    let workshop = Workshop::new();
+    let spring = Spring::of(3);
+    let unit = workshop.unit(spring);
+    let case = case(&spring.participant(&unit, "nodes = 12, steps = 3"));
+    let options = conformance::Options { points: 12, ..Default::default() };
+    let participant = workshop.open(&case).expect("a unit");
+    let position = participant.describe().ports.iter().find(|port| port.name == names::POSITION);
+    assert_eq!(position.expect("a structure gives it").points, Some(12));
+    drop(participant);
+    let make = || workshop.open(&case).expect("a unit");
+    conformance::check(make, &options).unwrap_or_else(|broken| panic!("{broken}"));
+}
+
+#[test]
+fn all_that_does_not_fit_is_told_at_once() {
+    let workshop = Workshop::new();
+    let unit = workshop.unit(Spring::of(3));
+    let refused = |participant: &str| match workshop.open(&case(participant)) {
+        Ok(_) => panic!("it should be refused"),
+        Err(error) => error.to_string(),
+    };
+    let file = unit.display();
+    let words = refused(&format!(
+        "{{ fmu = \"{file}\", variables = {{ position = \"R\", velocity = \"stiffness\", pressure_gradient = \"v\", pair_reaction = \"v\", density = \"steps\" }}, parameters = {{ stifness = 1.0, steps = 1.5, kinetic_energy = 1.0 }}, record = [\"energy\"] }}"
+    ));
+    for expected in [
+        "9 place(s)",
+        "structure.participant.variables.position: there is no variable `R`; did you mean `r`?",
+        "structure.participant.variables.velocity: `stiffness` is a scalar; name an array",
+        "structure.participant.variables.pressure_gradient: `v` is no input",
+        "structure.participant.variables.pair_reaction: a structure has no such port",
+        "structure.participant.variables.density: `steps` is of type Int32",
+        "structure.participant.parameters.stifness: there is no variable `stifness`",
+        "structure.participant.parameters.steps: 1.5 is no whole number",
+        "structure.participant.parameters.kinetic_energy: it is no parameter",
+        "structure.participant.record: there is no variable `energy`; did you mean `kinetic_energy`?",
+    ] {
+        assert!(words.contains(expected), "`{expected}` is not in: {words}");
+    }
+    let words = refused(&format!("{{ fmu = \"{file}\" }}"));
+    assert!(words.contains("variables.position: nothing is behind port `position`"), "{words}");
+    assert!(words.contains("`pressure_gradient` or `force`"), "{words}");
+    // A pattern of scalars that are not there, in a unit that has none.
+    let words = refused(&format!(
+        "{{ fmu = \"{file}\", variables = {{ position = \"node[{{point}}].r{{axis}}\" }} }}"
+    ));
+    assert!(words.contains("there is neither `node[1].rx` nor that of point 0"), "{words}");
+}
+
+#[test]
+fn a_file_that_is_no_unit_is_named() {
+    let workshop = Workshop::new();
+    let refused = |file: &Path| {
+        let found = workshop.open(&case(&format!("{{ fmu = \"{}\" }}", file.display())));
+        found.err().expect("it is refused").to_string()
+    };
+    let missing = workshop.folder.path().join("missing.fmu");
+    let words = refused(&missing);
+    assert!(words.contains("missing.fmu") && words.contains("No such file"), "{words}");
+    let text = workshop.folder.path().join("text.fmu");
+    std::fs::write(&text, "no archive").expect("a file");
+    let words = refused(&text);
+    assert!(words.contains("failed to unpack the FMU") && words.contains("text.fmu"), "{words}");
+}
+
+/// What a unit cannot do is refused with what to do about it.
+#[test]
+fn a_unit_without_state_solves_no_window_again() {
+    use interfaces::TimeWindow;
+    let workshop = Workshop::new();
+    let window = |index: u64, iteration: u32, size: f64| TimeWindow {
+        index,
+        iteration,
+        start: 0.01 * index as f64,
+        size,
+        sub_steps: SubSteps::Fixed(10),
+    };
+    for version in [2, 3] {
+        let spring = Spring { keeps_state: false, variable_steps: false, ..Spring::of(version) };
+        let unit = workshop.unit(spring);
+        let mut participant =
+            Guarded::new(workshop.open(&case(&spring.participant(&unit, ""))).expect("a unit"));
+        let description = participant.describe().clone();
+        let [inputs, mut outputs] =
+            [interfaces::Direction::In, interfaces::Direction::Out].map(|d| description.fields(d, 5));
+        participant.initialize(0.0, &inputs, &mut outputs).expect("it begins");
+        for index in 0..2 {
+            participant.start(&window(index, 0, 0.01), &inputs).expect("a first solution");
+            participant.finish(&mut outputs).expect("a solution");
+            participant.accept(None).expect("it is taken");
+        }
+        let words = participant.save().expect_err("it cannot be saved").to_string();
+        assert!(words.contains("canSerializeFMUState is false"), "{words}");
+        let mut participant =
+            Guarded::new(workshop.open(&case(&spring.participant(&unit, ""))).expect("a unit"));
+        participant.initialize(0.0, &inputs, &mut outputs).expect("it begins");
+        participant.start(&window(0, 0, 0.01), &inputs).expect("a first solution");
+        participant.finish(&mut outputs).expect("a solution");
+        let words = participant.start(&window(0, 1, 0.01), &inputs).expect_err("not again").to_string();
+        assert!(words.contains("coupling.prediction = false"), "{words}");
+        let mut participant =
+            Guarded::new(workshop.open(&case(&spring.participant(&unit, ""))).expect("a unit"));
+        participant.initialize(0.0, &inputs, &mut outputs).expect("it begins");
+        participant.start(&window(0, 0, 0.01), &inputs).expect("a first solution");
+        participant.finish(&mut outputs).expect("a solution");
+        participant.accept(None).expect("it is taken");
+        let words = participant.start(&window(1, 0, 0.005), &inputs).expect_err("another size").to_string();
+        assert!(words.contains("steps of one size only") && words.contains("coupling.max_window"), "{words}");
+    }
+}
+
+/// A step that fails is the end of the participant, with the unit's own words.
+#[test]
+fn a_step_that_fails_is_told_in_the_units_words() {
+    let workshop = Workshop::new();
+    for version in [2, 3] {
+        let spring = Spring::of(version);
+        let unit = workshop.unit(spring);
+        let case = case(&spring.participant(&unit, "fault = 1, fault_time = 0.015"));
+        let mut participant = Guarded::new(workshop.open(&case).expect("a unit"));
+        let description = participant.describe().clone();
+        let [inputs, mut outputs] =
+            [interfaces::Direction::In, interfaces::Direction::Out].map(|d| description.fields(d, 5));
+        participant.initialize(0.0, &inputs, &mut outputs).expect("it begins");
+        let mut solve = |index: u32| {
+            let start = 0.01 * f64::from(index);
+            let window = interfaces::TimeWindow {
+                index: index.into(),
+                iteration: 0,
+                start,
+                size: 0.01,
+                sub_steps: SubSteps::Stable,
+            };
+            participant.start(&window, &inputs)?;
+            participant.finish(&mut outputs)?;
+            participant.accept(None)
+        };
+        solve(0).expect("before the fault");
+        let words = solve(1).expect_err("the fault").to_string();
+        assert!(words.contains("DoStep") && words.contains("answered Error: the spring broke"), "{words}");
+    }
+}
