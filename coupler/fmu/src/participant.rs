@@ -52,6 +52,7 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
             serializes_state: described.serializes_state,
             variable_steps: described.variable_steps,
         },
+        initialized: false,
         left_accepted: false,
         step_size: None,
         solved: None,
@@ -115,6 +116,8 @@ struct UnitParticipant {
     instance: Option<Box<dyn Instance>>,
     wiring: Wiring,
     abilities: Abilities,
+    /// Whether steps can follow.
+    initialized: bool,
     /// Whether the instance stands at the end of a solution that is not accepted.
     left_accepted: bool,
     /// Size (s) of the steps so far, of a unit whose steps are all of one size.
@@ -264,6 +267,7 @@ impl Participant for UnitParticipant {
         self.instance().enter_initialization(&parameters, start).map_err(failed)?;
         self.set(inputs, |_| true)?;
         self.instance().exit_initialization().map_err(failed)?;
+        self.initialized = true;
         self.get(outputs, |_| true)?;
         self.time = start;
         self.write_snapshot()?;
@@ -328,8 +332,9 @@ impl Participant for UnitParticipant {
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {
         match self.instance.take() {
-            Some(mut instance) => instance.terminate().map_err(failed),
-            None => Ok(()),
+            Some(mut instance) if self.initialized => instance.terminate().map_err(failed),
+            // One that never began has nothing to end; it is given back.
+            _ => Ok(()),
         }
     }
 }

@@ -99,7 +99,7 @@ impl Workshop {
     }
 }
 
-/// Windows that the sub-steps are stable with, at most 0.3 ms for 20 of them.
+/// Windows that the sub-steps are stable with: 20 of them reach 1.8 ms.
 fn options() -> conformance::Options<'static> {
     conformance::Options { size: 2e-4, sub_steps: SubSteps::Fixed(20), ..Default::default() }
 }
@@ -140,7 +140,7 @@ fn life(participant: Box<dyn Participant>) -> Vec<Vec<u64>> {
     // The scalars that both have: energies and the probe.
     let shared = 7;
     let ready = participant.initialize(0.0, &inputs, &mut outputs).expect("it begins");
-    assert!(ready.window_limit < 1e-3, "{}", ready.window_limit);
+    assert!(ready.window_limit < 1e-2, "{}", ready.window_limit);
     let mut found = vec![bits(&outputs, &[&ready.scalars[..shared], &[ready.window_limit]].concat())];
     let mut start = 0.0;
     for index in 0..8_u64 {
