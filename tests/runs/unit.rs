@@ -108,7 +108,8 @@ fn a_foreign_unit_is_a_structure_like_any_other() {
     for scheme in ["serial-explicit", "parallel-implicit"] {
         let scheme_words = ["--set", &format!("coupling.scheme={scheme}"), "--no-report"];
         let run = |out: &str, participant: &str| {
-            let words = [&[case(&bench, COLUMN, participant).as_str()], &scheme_words[..]].concat();
+            let file = case(&bench, COLUMN, participant);
+            let words = [&[file.as_str()], &scheme_words[..]].concat();
             let ended = bench.start_run(out, &words).wait();
             assert_eq!(ended.status.code(), Some(0), "{out}: {}", ended.errors);
             bench.outputs(out)

@@ -60,6 +60,10 @@ pub fn model_description(model: &mut Model, version: Version) -> Result<String, 
     xml.push_str(&experiment);
     xml.push_str("  <ModelVariables>\n");
     for (reference, variable) in variables.iter().enumerate() {
+        if version == Version::Fmi2 && variable.causality == Causality::Independent {
+            // Version 2.0 does not ask for it, and FMI Library, which libcosim and others read units with, wants a start value that the standard forbids.
+            continue;
+        }
         let start = start_value(model, variable)?;
         match version {
             Version::Fmi3 => variable_3(&mut xml, reference, variable, &start, model.dimension()),
@@ -202,7 +206,8 @@ fn structure(xml: &mut String, variables: &[Variable], version: Version) {
                 let _ = writeln!(xml, "    <{element}>");
                 for n in members {
                     let dependencies = if element == "Outputs" { " dependencies=\"\"" } else { "" };
-                    let _ = writeln!(xml, "      <Unknown index=\"{}\"{dependencies}/>", n + 1);
+                    // Counted from 1 in the list of variables, which leaves out the first of the table, time.
+                    let _ = writeln!(xml, "      <Unknown index=\"{n}\"{dependencies}/>");
                 }
                 let _ = writeln!(xml, "    </{element}>");
             }
