@@ -236,3 +236,56 @@ fn needed<'a>(of: Node<'a, '_>, attribute: &str) -> Result<&'a str, String> {
 fn is_true(of: Node, attribute: &str) -> bool {
     matches!(of.attribute(attribute), Some("true" | "1"))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit of FMI 3.0 with this in its root, before and in its list of variables.
+    fn three(step: &str, variables: &str) -> String {
+        format!(
+            r#"<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t">{step}<ModelVariables>{variables}</ModelVariables></fmiModelDescription>"#
+        )
+    }
+
+    const STEP: &str = r#"<CoSimulation modelIdentifier="m" canGetAndSetFMUState="1"/>"#;
+
+    #[test]
+    fn types_lend_units_aliases_are_variables_and_what_is_not_said_is_false() {
+        let variables = r#"<Float64 name="x" valueReference="7" declaredType="L"><Dimension start="3"/><Dimension valueReference="8"/><Alias name="y"/></Float64><Binary name="b" valueReference="9"/>"#;
+        let types = r#"<TypeDefinitions><Float64Type name="L" unit="mm"/></TypeDefinitions>"#;
+        let found = Description::parse(&three(&format!("{STEP}{types}"), variables)).unwrap();
+        assert_eq!((found.keeps_state, found.serializes_state, found.variable_steps), (true, false, false));
+        for name in ["x", "y"] {
+            let variable = found.variable(name).unwrap();
+            assert_eq!((variable.reference, variable.unit.as_deref()), (7, Some("mm")));
+            assert_eq!(variable.dimensions, [Dimension::Fixed(3), Dimension::Of(8)]);
+            assert_eq!((variable.kind, variable.causality), (Type::Float64, Causality::Local));
+        }
+        assert_eq!(found.variable("b").unwrap().kind, Type::Other);
+    }
+
+    #[test]
+    fn a_description_that_cannot_be_used_says_why() {
+        for (text, why) in [
+            ("<fmi".to_owned(), "root"),
+            ("<a/>".to_owned(), "its root is `a`"),
+            (three("", ""), "was not exported for co-simulation"),
+            (three("<CoSimulation/>", ""), "`CoSimulation` has no attribute `modelIdentifier`"),
+            (three(STEP, "").replace("3.0", "1.0"), "of FMI 1.0; 2.0 and 3.0 are known"),
+            (three(STEP, "<Float64 name=\"x\"/>"), "no attribute `valueReference`"),
+            (three(STEP, "<Float64 name=\"x\" valueReference=\"-1\"/>"), "`x` has the value reference -1"),
+            (
+                three(STEP, "<Quaternion name=\"q\" valueReference=\"1\"/>"),
+                "`q` is of no type of the standard",
+            ),
+            (
+                three(STEP, "<Float64 name=\"x\" valueReference=\"1\"><Dimension/></Float64>"),
+                "`x` has a dimension that is no number",
+            ),
+        ] {
+            let found = Description::parse(&text).expect_err(why);
+            assert!(found.contains(why), "`{why}` is not in: {found}");
+        }
+    }
+}

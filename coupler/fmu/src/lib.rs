@@ -25,6 +25,7 @@ mod error;
 mod fmi2;
 mod fmi3;
 pub mod participant;
+mod saved;
 pub mod unit;
 pub mod wiring;
 

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::archive::{Archive, Unpacked};
+use crate::saved;
 use crate::unit::{Instance, Stepped, instantiate};
 use crate::wiring::{Values, Wire, Wiring, file_name, version_name, wire};
 use interfaces::case::Case;
@@ -48,6 +49,7 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
         wiring,
         abilities: Abilities {
             name: file_name(&unit.file),
+            token: described.token.clone(),
             keeps_state: described.keeps_state,
             serializes_state: described.serializes_state,
             variable_steps: described.variable_steps,
@@ -135,6 +137,7 @@ struct UnitParticipant {
 /// What the unit says of itself that it can do.
 struct Abilities {
     name: String,
+    token: String,
     keeps_state: bool,
     serializes_state: bool,
     variable_steps: bool,
@@ -319,11 +322,15 @@ impl Participant for UnitParticipant {
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
         self.check_serializes()?;
         self.instance().keep().map_err(failed)?;
-        self.instance().serialize().map_err(failed)
+        let state = self.instance().serialize().map_err(failed)?;
+        Ok(saved::seal(&self.abilities.token, &state))
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
         self.check_serializes()?;
+        let state = saved::open(&self.abilities.token, state).ok_or_else(|| {
+            failed(format_args!("the saved state is not whole, or not one of {}", self.abilities.name))
+        })?;
         self.instance().deserialize(state).map_err(failed)?;
         self.instance().go_back().map_err(failed)?;
         self.left_accepted = false;

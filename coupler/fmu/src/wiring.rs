@@ -187,14 +187,14 @@ impl Plan<'_> {
                 }
             },
             Source::Name(name) => {
-                let Some(variable) = self.variable(&key, name) else { return None };
+                let variable = self.variable(&key, name)?;
                 return self.one(&key, &variable, components, direction, exchange);
             }
             Source::Names(names) => names.clone(),
         };
         let variables: Option<Vec<Variable>> = names.iter().map(|name| self.variable(&key, name)).collect();
         let variables = variables?;
-        if variables.is_empty() || variables.len() % components != 0 {
+        if variables.is_empty() || !variables.len().is_multiple_of(components) {
             let count = variables.len();
             self.mismatches.push(format!("{key}: {count} variables are named, and a point has {components}"));
             return None;
@@ -267,7 +267,7 @@ impl Plan<'_> {
         }
         let total: usize = lengths.iter().product();
         let by_point = lengths.len() == 1 || lengths.last() == Some(&components) || components == 1;
-        if total == 0 || total % components != 0 || !by_point {
+        if total == 0 || !total.is_multiple_of(components) || !by_point {
             self.mismatches.push(format!(
                 "{key}: `{name}` is an array of {lengths:?}; one of points × {components} belongs here"
             ));

@@ -17,6 +17,10 @@ use tempfile::TempDir;
 
 /// A case whose structure a unit solves.
 fn case(participant: &str) -> Case {
+    case_of("{ start = \"by-hand\" }", participant)
+}
+
+fn case_of(fluid: &str, structure: &str) -> Case {
     let text = format!(
         r#"
 [case]
@@ -30,10 +34,10 @@ particle_spacing = 0.01
 density = 1000.0
 kinematic_viscosity = 1e-6
 domain = {{ low = [0.0, 0.0], high = [1.0, 1.0] }}
-participant = {{ start = "by-hand" }}
+participant = {fluid}
 
 [structure]
-participant = {participant}
+participant = {structure}
 
 [structure.material]
 law = "saint-venant-kirchhoff"
@@ -61,8 +65,12 @@ impl Workshop {
 
     /// Opens the unit of a case in a folder of its own.
     fn open(&self, case: &Case) -> Result<Box<dyn Participant>, fmu_host::Error> {
+        self.open_side(case, Role::Structure)
+    }
+
+    fn open_side(&self, case: &Case, role: Role) -> Result<Box<dyn Participant>, fmu_host::Error> {
         self.count.set(self.count.get() + 1);
-        fmu_host::open(case, Role::Structure, &self.folder.path().join(self.count.get().to_string()))
+        fmu_host::open(case, role, &self.folder.path().join(self.count.get().to_string()))
     }
 }
 
@@ -268,4 +276,29 @@ fn a_step_that_fails_is_told_in_the_units_words() {
         let words = solve(1).expect_err("the fault").to_string();
         assert!(words.contains("DoStep") && words.contains("answered Error: the spring broke"), "{words}");
     }
+}
+
+/// A unit as the fluid: it takes what a structure gives, volumes once, and its drag makes a mass on a spring swing out as the damped one does.
+#[test]
+fn a_unit_may_be_the_fluid() {
+    let workshop = Workshop::new();
+    let unit = spring_unit::drag(workshop.folder.path());
+    let case = case_of(&format!("{{ fmu = \"{}\" }}", unit.display()), "{ start = \"by-hand\" }");
+    let make = || workshop.open_side(&case, Role::Fluid).expect("a unit");
+    conformance::check(make, &conformance::Options::default()).unwrap_or_else(|broken| panic!("{broken}"));
+
+    let side = |participant| Side::new(Box::new(Guarded::new(participant)));
+    // 0.5 kg on 400 N/m, 10 cm to the side; five points of 0.5 N s/m.
+    let structure = "spring-mass points=5 spacing=0.01 density=1000 stiffness=400 displacement=0.1,0";
+    let mut pair =
+        Pair::initialize(side(make()), side(build(structure).expect("a mock")), 0.0, Mean).expect("they fit");
+    let mut schedule = Schedule::new(0.0, 1.0, 0.1, 1e-4, SubSteps::Fixed(1));
+    let explicit = SerialExplicit { relaxation: 1.0, enforce: true, predict: true };
+    explicit.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("nothing fails");
+    let found = pair.structure.outputs.get(names::POSITION).expect("given")[0];
+    // u = u0 exp(-gamma t) (cos wt + gamma/w sin wt), gamma = c/2m = 2.5 1/s, w^2 = k/m - gamma^2.
+    let (gamma, omega) = (2.5_f64, (800.0_f64 - 2.5 * 2.5).sqrt());
+    let expected = 0.1 * (-gamma).exp() * (omega.cos() + gamma / omega * omega.sin());
+    // The drag of a window is that of the mean velocity that was predicted under the last one: first order in windows of 1e-4 s, c dt/m = 5e-4.
+    assert!((found - expected).abs() < 1e-3 * 0.1, "{found} {expected}");
 }

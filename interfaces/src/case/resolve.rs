@@ -148,7 +148,7 @@ fn resolve_motion(motion: typed::WallMotion) -> WallMotion {
 fn resolve_participant(participant: typed::Participant) -> Start {
     let typed::Participant { start, command, fmu, variables, parameters, record } = participant;
     match (fmu, command, start) {
-        (Some(file), ..) => Start::Fmu(Unit { file, variables, parameters, record }),
+        (Some(file), ..) => Start::Fmu(Box::new(Unit { file, variables, parameters, record })),
         (None, Some(command), _) => Start::Command(command),
         (None, None, Some(typed::StartWord::ByHand)) => Start::ByHand,
         (None, None, Some(typed::StartWord::Own) | None) => Start::Own,

@@ -379,7 +379,7 @@ pub enum Start {
     /// Another command, started by the coupler: the program and its arguments.
     Command(Vec<String>),
     /// A functional mock-up unit, in a process started by the coupler.
-    Fmu(Unit),
+    Fmu(Box<Unit>),
     /// A process that somebody starts by hand.
     ByHand,
 }

@@ -388,7 +388,8 @@ impl From<resolved::Start> for Participant {
             resolved::Start::Own => Self { start: Some(StartWord::Own), ..Self::default() },
             resolved::Start::ByHand => Self { start: Some(StartWord::ByHand), ..Self::default() },
             resolved::Start::Command(command) => Self { command: Some(command), ..Self::default() },
-            resolved::Start::Fmu(Unit { file, variables, parameters, record }) => {
+            resolved::Start::Fmu(unit) => {
+                let Unit { file, variables, parameters, record } = *unit;
                 Self { fmu: Some(file), variables, parameters, record, ..Self::default() }
             }
         }

@@ -1,4 +1,5 @@
-//! A unit of another hand, compiled from C when the tests run: points that move together on a spring (`spring.c`).
+//! Units of another hand, compiled from C when the tests run: points that move together on a spring (`spring.c`), and a fluid that drags points
+//! (`drag.c`).
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -30,31 +31,11 @@ impl Spring {
     /// # Panics
     /// Without a C compiler, which linking Rust needs too.
     pub fn build(self, folder: &Path) -> PathBuf {
-        let library = folder.join(format!("spring{}.so", self.version));
-        let source = folder.join("spring.c");
-        std::fs::write(&source, include_str!("spring.c")).expect("a source");
-        let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
-        let compiled = Command::new(&compiler)
-            .args(["-shared", "-fPIC", "-O1", "-ffp-contract=off"])
-            .arg(format!("-DFMI_VERSION={}", self.version))
-            .arg("-o")
-            .args([&library, &source])
-            .arg("-lm")
-            .status();
-        assert!(compiled.is_ok_and(|status| status.success()), "{compiler} compiles spring.c");
-        let unit = folder.join(format!("spring{}.fmu", self.version));
         let platform = if self.version == 3 { "x86_64-linux" } else { "linux64" };
-        let mut archive = ZipWriter::new(File::create(&unit).expect("an archive"));
-        let files = [
-            ("modelDescription.xml".to_owned(), self.description().into_bytes()),
-            (format!("binaries/{platform}/spring.so"), std::fs::read(&library).expect("the library")),
-        ];
-        for (name, bytes) in files {
-            archive.start_file(name, SimpleFileOptions::default()).expect("an entry");
-            archive.write_all(&bytes).expect("its bytes");
-        }
-        archive.finish().expect("an archive");
-        unit
+        let version = format!("-DFMI_VERSION={}", self.version);
+        let name = format!("spring{}", self.version);
+        let library = compile(folder, &name, include_str!("spring.c"), &version);
+        pack(folder, &name, &self.description(), &format!("binaries/{platform}/spring.so"), &library)
     }
 
     /// Names that are not those of meniscus' ports; units of FMI 2.0 are scalars, of five points.
@@ -124,4 +105,48 @@ impl Spring {
             "{{ fmu = \"{file}\", variables = {{ {variables}, density = 1000.0, sub_steps = \"steps\" }}, parameters = {{ {parameters} }} }}"
         )
     }
+}
+
+/// A fluid that drags every point by 0.5 N s/m against its velocity, for five points, FMI 3.0, with the names of meniscus' ports.
+pub fn drag(folder: &Path) -> PathBuf {
+    let description = r#"<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Drag" instantiationToken="drag">
+  <CoSimulation modelIdentifier="drag" canGetAndSetFMUState="true" canSerializeFMUState="true" canHandleVariableCommunicationStepSize="true"/>
+  <ModelVariables>
+    <Float64 name="reference_volume" valueReference="1" causality="parameter" variability="fixed" start="1 1 1 1 1"><Dimension start="5"/></Float64>
+    <Float64 name="position" valueReference="2" causality="input" start="0 0 0 0 0 0 0 0 0 0"><Dimension start="5"/><Dimension start="2"/></Float64>
+    <Float64 name="velocity" valueReference="3" causality="input" start="0 0 0 0 0 0 0 0 0 0"><Dimension start="10"/></Float64>
+    <Float64 name="pressure_gradient" valueReference="4" causality="output"><Dimension start="5"/><Dimension start="2"/></Float64>
+    <Float64 name="dissipated_energy" valueReference="5" causality="local"/>
+  </ModelVariables>
+  <ModelStructure/>
+</fmiModelDescription>
+"#;
+    let library = compile(folder, "drag", include_str!("drag.c"), "-DFMI_VERSION=3");
+    pack(folder, "drag", description, "binaries/x86_64-linux/drag.so", &library)
+}
+
+fn compile(folder: &Path, name: &str, text: &str, define: &str) -> PathBuf {
+    let (library, source) = (folder.join(format!("{name}.so")), folder.join(format!("{name}.c")));
+    std::fs::write(&source, text).expect("a source");
+    let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
+    let compiled = Command::new(&compiler)
+        .args(["-shared", "-fPIC", "-O1", "-ffp-contract=off", define, "-o"])
+        .args([&library, &source])
+        .arg("-lm")
+        .status();
+    assert!(compiled.is_ok_and(|status| status.success()), "{compiler} compiles {name}.c");
+    library
+}
+
+fn pack(folder: &Path, name: &str, description: &str, entry: &str, library: &Path) -> PathBuf {
+    let unit = folder.join(format!("{name}.fmu"));
+    let mut archive = ZipWriter::new(File::create(&unit).expect("an archive"));
+    let library = std::fs::read(library).expect("the library");
+    for (name, bytes) in [("modelDescription.xml", description.as_bytes()), (entry, library.as_slice())] {
+        archive.start_file(name, SimpleFileOptions::default()).expect("an entry");
+        archive.write_all(bytes).expect("its bytes");
+    }
+    archive.finish().expect("an archive");
+    unit
 }
