@@ -89,6 +89,8 @@ impl RunError {
 pub const CASE: &str = "case.toml";
 /// The line that tells a case as resolved from a case as written, which must not be overwritten.
 const RESOLVED: &str = "# The case as resolved by meniscus: every default filled in, all overrides applied.";
+/// Folders into which a role's functional mock-up unit is unpacked while it runs.
+const UNPACKED: [&str; 2] = ["fluid_fmu", "structure_fmu"];
 /// File of the summary.
 pub const SUMMARY: &str = "summary.json";
 
@@ -155,6 +157,10 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
         .and_then(|()| windows(case, options, &mut participants, summary));
     let in_order = result.as_ref().err().is_none_or(RunError::is_interruption);
     announce.during(Phase::Starting, || participants.end(summary, in_order));
+    for name in UNPACKED {
+        // What a unit's process could not remove because it died. What is left all the same, the next run removes.
+        let _ = std::fs::remove_dir_all(options.out.join(name));
+    }
     let coupler = summary.roles.entry("coupler".to_owned()).or_default();
     for (phase, seconds) in timing.seconds() {
         coupler.extra.insert(seconds_key(phase), seconds.into());
@@ -356,7 +362,7 @@ pub(crate) fn prepare_folder(out: &Path, case: &Case) -> Result<File, RunError> 
     if !holds_a_run && entries.next().is_some() {
         return Err(folder("it holds files that are not of an earlier run".to_owned()));
     }
-    for name in ["fluid", "structure", "walls", "frames", "fluid_fmu", "structure_fmu"] {
+    for name in ["fluid", "structure", "walls", "frames"].into_iter().chain(UNPACKED) {
         remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
     }
     let files = [

@@ -60,6 +60,10 @@ fn the_gate_with_its_structure_as_a_unit_is_the_gate_to_the_bit() {
 /// A case of nothing but what mocks and units need.
 fn case(bench: &Bench, fluid: &str, structure: &str) -> String {
     let words: Vec<String> = fluid.split_whitespace().map(|word| format!("\"{word}\"")).collect();
+    case_of(bench, &format!("{{ command = [\"{MENISCUS}\", \"mock\", {}] }}", words.join(", ")), structure)
+}
+
+fn case_of(bench: &Bench, fluid: &str, structure: &str) -> String {
     let text = format!(
         r#"
 [case]
@@ -73,7 +77,7 @@ particle_spacing = 0.01
 density = 1000.0
 kinematic_viscosity = 1e-6
 domain = {{ low = [0.0, 0.0], high = [1.0, 1.0] }}
-participant = {{ command = ["{MENISCUS}", "mock", {}] }}
+participant = {fluid}
 
 [structure]
 participant = {structure}
@@ -88,8 +92,7 @@ density = 1000.0
 max_window = 0.004
 sub_steps = 10
 deadline = 1.0
-"#,
-        words.join(", ")
+"#
     );
     let file = bench.path("case.toml");
     fs::write(&file, text).expect("a case");
@@ -168,6 +171,7 @@ fn a_unit_that_misbehaves_is_named_and_nothing_is_left() {
         // The deadline of a second, and a few for starting on a loaded machine.
         assert!(started.elapsed() < Duration::from_secs(20), "{fault}");
         assert!(bench.left().is_empty(), "{fault}: {:?}", bench.left());
+        assert!(!bench.path(&out).join("structure_fmu").exists(), "{fault}");
     }
 }
 
@@ -228,4 +232,27 @@ fn a_reduced_unit_meets_our_fluid_through_a_mapping() {
     };
     let (reduced, whole) = (tip(&outputs), tip(&whole));
     assert!((reduced / whole - 1.0).abs() < 0.2, "{reduced} {whole}");
+}
+
+/// Units on both sides, of another hand both: meniscus as nothing but the coupling.
+#[test]
+fn two_foreign_units_are_coupled() {
+    let bench = Bench::new();
+    let spring = Spring::of(3);
+    let structure =
+        spring.participant(&spring.build(bench.path("").as_path()), "stiffness = 400, swing = 0.1");
+    let fluid = format!("{{ fmu = \"{}\" }}", spring_unit::drag(bench.path("").as_path()).display());
+    let file = case_of(&bench, &fluid, &structure);
+    let ended = bench.start_run("out", &[&file, "--no-report", "--set", "coupling.max_window=1e-3"]).wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    let table = bench.outputs("out").table("windows.csv");
+    let column = |name: &str| table.get(name).expect("a column").to_vec();
+    let (kinetic, dissipated) = (column("structure.kinetic_energy"), column("fluid.dissipated_energy"));
+    // 0.5 kg on 400 N/m, 10 cm to the side, has 2 J, and loses of it exp(-2 gamma t), gamma = 2.5 N s/m / (2 · 0.5 kg).
+    let largest = kinetic.iter().copied().fold(0.0, f64::max);
+    assert!((1.5..2.0).contains(&largest), "{largest}");
+    let lost = 2.0 * (1.0 - (-5.0 * 0.2_f64).exp());
+    // Where it swings, its loss goes up and down about that by gamma/omega = 0.09; windows of 1 ms add a hundredth.
+    let found = dissipated.last().copied().expect("rows");
+    assert!((found / lost - 1.0).abs() < 0.15, "{found} {lost}");
 }

@@ -59,6 +59,7 @@ impl Spring {
     <Int32 name="fault" valueReference="8" causality="parameter" variability="fixed" start="0"/>
     <Float64 name="fault_time" valueReference="9" causality="parameter" variability="fixed" start="1e300"/>
     <Float64 name="kinetic_energy" valueReference="10" causality="local" unit="J"/>
+    <Float64 name="swing" valueReference="11" causality="parameter" variability="fixed" start="0"/>
   </ModelVariables>
   <ModelStructure/>
 </fmiModelDescription>

@@ -20,7 +20,7 @@
 enum { OK, WARNING, DISCARD, ERROR, FATAL };
 
 /* Value references. Those of FMI 2.0's scalars are BASE + 2 point + component. */
-enum { TIME, POINTS, GRADIENT, POSITION, VELOCITY, VOLUMES, STIFFNESS, STEPS, FAULT, FAULT_TIME, ENERGY, BASE = 100, BLOCK = 1000 };
+enum { TIME, POINTS, GRADIENT, POSITION, VELOCITY, VOLUMES, STIFFNESS, STEPS, FAULT, FAULT_TIME, ENERGY, SWING, BASE = 100, BLOCK = 1000 };
 
 typedef struct {
     double time, u[2], v[2], gradient[2 * MOST_POINTS], stiffness, fault_time;
@@ -147,6 +147,7 @@ int fmi3SetFloat64(void *handle, const uint32_t *references, size_t count, const
         case GRADIENT: memcpy(s->gradient, values, 2 * s->points * sizeof(double)); values += 2 * s->points; break;
         case STIFFNESS: s->stiffness = *values++; break;
         case FAULT_TIME: s->fault_time = *values++; break;
+        case SWING: s->u[0] = *values++; break;
         default: say(handle, "no such variable"); return ERROR;
         }
     }
