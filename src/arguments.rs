@@ -20,6 +20,7 @@ Examples:
   meniscus report out/elastic_gate                      report.html with curves, balances and frames
   meniscus validate structure                           benchmarks against their references, into out/validate
   meniscus export-fmu cases/oscillating_plate -o plate.fmu    the structure for FMPy and other FMI tools
+  meniscus run my_case.toml --set structure.participant.fmu=plate.fmu    an FMU in the place of a solver
   meniscus mock --help                                  partners to test a solver of your own against";
 
 /// Exit codes: 0 done, 1 failed, 2 the case or the arguments are wrong, 130 interrupted.
