@@ -105,7 +105,7 @@ pub fn resultants<const K: usize>(interface: &Interface, loads: [&[f64]; K]) -> 
 }
 
 fn resultants_in_plane<const K: usize>(interface: &Interface, loads: [&[f64]; K]) -> [Resultant; K] {
-    pulp::Arch::new().dispatch(InPlane { interface, loads })
+    pulp::Arch::new().dispatch(InPlane { interface, loads }).map(|sums| sums.resultant())
 }
 
 /// The sums in the plane, four points at once in sums of their own, so that a machine that adds eight numbers at a time can. (A structure and no closure for
@@ -116,10 +116,10 @@ struct InPlane<'a, const K: usize> {
 }
 
 impl<const K: usize> NullaryFnOnce for InPlane<'_, K> {
-    type Output = [Resultant; K];
+    type Output = [Sums; K];
 
     #[inline(always)]
-    fn call(self) -> [Resultant; K] {
+    fn call(self) -> [Sums; K] {
         let Interface { volume, position, velocity, .. } = *self.interface;
         let mut sums = [Sums::default(); K];
         // What stands beside a component of the load: minus the volume, and the other component of the position. They are laid out first, so that
@@ -136,11 +136,10 @@ impl<const K: usize> NullaryFnOnce for InPlane<'_, K> {
                 *pair = [x[1], x[0]];
             }
             let (weight, arm) = (&weight[..piece.len()], &arm[..piece.len()]);
-            for (sums, load) in sums.iter_mut().zip(self.loads) {
-                sums.add(weight, &load[piece.clone()], arm, &velocity[piece.clone()]);
-            }
+            let loads = self.loads.map(|load| &load[piece.clone()]);
+            add(&mut sums, loads, [weight, arm, &velocity[piece.clone()]]);
         }
-        sums.map(|sums| sums.resultant())
+        sums
     }
 }
 
@@ -158,26 +157,7 @@ struct Sums {
 
 impl Sums {
     #[inline(always)]
-    fn add(&mut self, weight: &[f64], load: &[f64], arm: &[f64], velocity: &[f64]) {
-        let fields = [weight, load, arm, velocity];
-        let blocks = fields.map(|field| <[f64]>::as_chunks::<8>(field).0);
-        let mut sums = *self;
-        for at in 0..load.len() / 8 {
-            sums.add_block(blocks.map(|field| &field[at]));
-        }
-        // What is left is a block with weights of zero.
-        let rest = fields.map(|field| {
-            let mut block = [0.0; 8];
-            let rest = &field[load.len() / 8 * 8..];
-            block[..rest.len()].copy_from_slice(rest);
-            block
-        });
-        sums.add_block(rest.each_ref());
-        *self = sums;
-    }
-
-    #[inline(always)]
-    fn add_block(&mut self, [weight, load, arm, velocity]: [&[f64; 8]; 4]) {
+    fn add(&mut self, load: &[f64; 8], [weight, arm, velocity]: [&[f64; 8]; 3]) {
         for i in 0..8 {
             let pushed = weight[i] * load[i];
             self.force[i] += pushed;
@@ -196,6 +176,32 @@ impl Sums {
             power: of(&self.power, 0) + of(&self.power, 1),
         }
     }
+}
+
+/// Adds a piece of each load to its sums, all block by block: sums that do not wait for each other.
+#[inline(always)]
+fn add<const K: usize>(sums: &mut [Sums; K], loads: [&[f64]; K], beside: [&[f64]; 3]) {
+    let length = beside[2].len();
+    let blocks = |field| <[f64]>::as_chunks::<8>(field).0;
+    // What is left is a block with weights of zero.
+    let rest = |field: &[f64]| {
+        let mut block = [0.0; 8];
+        let rest = &field[length / 8 * 8..];
+        block[..rest.len()].copy_from_slice(rest);
+        block
+    };
+    let (load_blocks, beside_blocks) = (loads.map(blocks), beside.map(blocks));
+    let mut own = *sums;
+    for at in 0..length / 8 {
+        for k in 0..K {
+            own[k].add(&load_blocks[k][at], beside_blocks.map(|field| &field[at]));
+        }
+    }
+    let (loads, beside) = (loads.map(rest), beside.map(rest));
+    for k in 0..K {
+        own[k].add(&loads[k], beside.each_ref());
+    }
+    *sums = own;
 }
 
 fn resultant_in_space(interface: &Interface, load: &[f64]) -> Resultant {

@@ -4,7 +4,8 @@
 //! everywhere.
 //!
 //! Work of more than a line is a structure with a `call`, not a closure: a closure is called through a shim that the compiler does not always merge with
-//! the code for the machine at hand, and then runs at the width that all machines have.
+//! the code for the machine at hand, and then runs at the width that all machines have. And what adds up partial sums in the end stands outside of it: seen
+//! together, the compiler works two numbers at a time throughout.
 
 use pulp::NullaryFnOnce;
 
@@ -19,35 +20,36 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// `a · bᵢ` for each `bᵢ`, all of one length, in one pass over `a`.
 pub fn dots<const K: usize>(a: &[f64], b: [&[f64]; K]) -> [f64; K] {
-    pulp::Arch::new().dispatch(Dots { a, b })
+    let b = b.map(|b| &b[..a.len()]);
+    let partial = pulp::Arch::new().dispatch(PartialDots { a, b });
+    let summed = a.len() / LANES * LANES;
+    std::array::from_fn(|k| {
+        let rest: f64 = a[summed..].iter().zip(&b[k][summed..]).map(|(a, b)| a * b).sum();
+        folded(&partial[k]) + rest
+    })
 }
 
-struct Dots<'a, const K: usize> {
+struct PartialDots<'a, const K: usize> {
     a: &'a [f64],
     b: [&'a [f64]; K],
 }
 
-impl<const K: usize> NullaryFnOnce for Dots<'_, K> {
-    type Output = [f64; K];
+impl<const K: usize> NullaryFnOnce for PartialDots<'_, K> {
+    type Output = [[f64; LANES]; K];
 
     #[inline(always)]
-    fn call(self) -> [f64; K] {
-        let Self { a, b } = self;
-        let (heads, tail) = a.as_chunks::<LANES>();
+    fn call(self) -> [[f64; LANES]; K] {
+        let chunks = self.b.map(|b| b.as_chunks::<LANES>().0);
         let mut sums = [[0.0; LANES]; K];
-        let chunks = b.map(|b| b[..a.len()].as_chunks::<LANES>());
-        for (at, head) in heads.iter().enumerate() {
-            for (sums, (chunks, _)) in sums.iter_mut().zip(&chunks) {
-                let other = &chunks[at];
+        for (at, head) in self.a.as_chunks::<LANES>().0.iter().enumerate() {
+            for k in 0..K {
+                let other = &chunks[k][at];
                 for lane in 0..LANES {
-                    sums[lane] += head[lane] * other[lane];
+                    sums[k][lane] += head[lane] * other[lane];
                 }
             }
         }
-        std::array::from_fn(|k| {
-            let rest: f64 = tail.iter().zip(chunks[k].1).map(|(a, b)| a * b).sum();
-            folded(&sums[k]) + rest
-        })
+        sums
     }
 }
 

@@ -207,7 +207,10 @@ impl<'a> Linear<'a> {
 
     /// The sum of all values.
     pub fn sum(&self, fraction: f64) -> f64 {
-        pulp::Arch::new().dispatch(Sum { field: *self, fraction })
+        let partial = pulp::Arch::new().dispatch(PartialSums { field: *self, fraction });
+        let summed = self.start.len() / LANES * LANES;
+        let rest: f64 = (summed..self.start.len()).map(|index| self.at(index, fraction)).sum();
+        partial.iter().sum::<f64>() + rest
     }
 }
 
@@ -216,29 +219,28 @@ fn between(start: f64, end: f64, fraction: f64) -> f64 {
     start + fraction * (end - start)
 }
 
-/// As many partial sums as keep a machine that adds eight numbers at a time from waiting for itself. A structure and no closure, which the compiler may
-/// leave outside the code for the machine at hand.
-struct Sum<'a> {
+/// As many partial sums as keep a machine that adds eight numbers at a time from waiting for itself.
+const LANES: usize = 64;
+
+/// A structure and no closure, which the compiler may leave outside the code for the machine at hand.
+struct PartialSums<'a> {
     field: Linear<'a>,
     fraction: f64,
 }
 
-impl NullaryFnOnce for Sum<'_> {
-    type Output = f64;
+impl NullaryFnOnce for PartialSums<'_> {
+    type Output = [f64; LANES];
 
     #[inline(always)]
-    fn call(self) -> f64 {
-        const LANES: usize = 64;
+    fn call(self) -> [f64; LANES] {
         let Self { field: Linear { start, end }, fraction } = self;
-        let ((starts, start), (ends, end)) = (start.as_chunks::<LANES>(), end.as_chunks::<LANES>());
         let mut sums = [0.0; LANES];
-        for (start, end) in starts.iter().zip(ends) {
+        for (start, end) in start.as_chunks::<LANES>().0.iter().zip(end.as_chunks::<LANES>().0) {
             for lane in 0..LANES {
                 sums[lane] += between(start[lane], end[lane], fraction);
             }
         }
-        let rest: f64 = start.iter().zip(end).map(|(start, end)| between(*start, *end, fraction)).sum();
-        sums.iter().sum::<f64>() + rest
+        sums
     }
 }
 
