@@ -45,6 +45,7 @@ fn a_moving_wall_iterated_moves_as_the_compliant_one_does() {
         ("iqn-imvj", "serial", 4.5),
         ("aitken", "serial", 6.0),
         ("iqn-ils", "parallel", 5.0),
+        ("iqn-imvj", "parallel", 6.5),
     ] {
         let method = format!("coupling.acceleration.method={method}");
         let scheme = format!("coupling.scheme={order}-implicit");

@@ -25,6 +25,7 @@ use super::cell_grid::{CellGrid, distance_squared};
 use super::error::MappingError;
 use super::nearest_neighbour::{POINTS_PER_CELL, out_of_reach};
 use super::nearest_neighbour_gradient::typical_distance;
+use super::parts::Parts;
 use super::rows::Rows;
 use super::semidefinite::{dot, minus, solve};
 use std::collections::HashMap;
@@ -51,13 +52,62 @@ struct Cluster {
     spread: [[f64; 3]; 3],
 }
 
-/// The clusters that targets asked for, and scratch.
+/// The source points in cells, and the clusters of each part of the targets.
 #[derive(Clone, Debug)]
 pub(super) struct RadialBasis {
     points_per_cluster: usize,
     grid: CellGrid,
     distances: Vec<f64>,
     samples: Vec<f64>,
+    parts: Parts<Clusters>,
+}
+
+impl RadialBasis {
+    /// With about so many points in a cluster.
+    pub fn new(points_per_cluster: usize) -> Self {
+        Self {
+            points_per_cluster,
+            grid: CellGrid::default(),
+            distances: Vec::new(),
+            samples: Vec::new(),
+            parts: Parts::default(),
+        }
+    }
+
+    /// Gathers a row for each target. There is a source point, and all points are finite.
+    pub fn fill<const D: usize>(
+        &mut self,
+        source: &[[f64; D]],
+        target: &[[f64; D]],
+        reach: f64,
+        threads: usize,
+        rows: &mut Rows,
+    ) -> Result<(), MappingError> {
+        let Self { points_per_cluster, grid, distances, samples, parts } = self;
+        grid.rebuild(source, POINTS_PER_CELL);
+        let count = (*points_per_cluster).max(D + 1);
+        let radius = typical_distance(grid, source, count, distances, samples);
+        // A single source point has no spacing.
+        let radius = if radius > 0.0 { radius } else { 1.0 };
+        let sources = Sources { grid, positions: source, radius };
+        parts.gather(target.len(), threads, rows, |part, clusters, rows| {
+            clusters.fill(sources, target, part, reach, rows)
+        })
+    }
+}
+
+/// Where clusters take their points from.
+#[derive(Clone, Copy)]
+struct Sources<'a, const D: usize> {
+    grid: &'a CellGrid,
+    positions: &'a [[f64; D]],
+    /// Of a cluster (m).
+    radius: f64,
+}
+
+/// The clusters that targets asked for, and scratch.
+#[derive(Clone, Debug, Default)]
+struct Clusters {
     /// Cluster of a lattice node. Looked up only: its order has no say.
     cluster_of: HashMap<[i64; 3], usize>,
     clusters: Vec<Cluster>,
@@ -70,43 +120,24 @@ pub(super) struct RadialBasis {
     shares: Vec<(usize, f64, usize)>,
 }
 
-impl RadialBasis {
-    /// With about so many points in a cluster.
-    pub fn new(points_per_cluster: usize) -> Self {
-        Self {
-            points_per_cluster,
-            grid: CellGrid::default(),
-            distances: Vec::new(),
-            samples: Vec::new(),
-            cluster_of: HashMap::new(),
-            clusters: Vec::new(),
-            points: Vec::new(),
-            factors: Vec::new(),
-            weights: Vec::new(),
-            shares: Vec::new(),
-        }
-    }
-
-    /// Gathers a row for each target. There is a source point, and all points are finite.
-    pub fn fill<const D: usize>(
+impl Clusters {
+    fn fill<const D: usize>(
         &mut self,
-        source: &[[f64; D]],
+        sources: Sources<D>,
         target: &[[f64; D]],
+        part: Range<usize>,
         reach: f64,
         rows: &mut Rows,
     ) -> Result<(), MappingError> {
-        self.grid.rebuild(source, POINTS_PER_CELL);
         self.cluster_of.clear();
         self.clusters.clear();
         self.points.clear();
         self.factors.clear();
-        let count = self.points_per_cluster.max(D + 1);
-        let radius = typical_distance(&self.grid, source, count, &mut self.distances, &mut self.samples);
-        // A single source point has no spacing.
-        let radius = if radius > 0.0 { radius } else { 1.0 };
-        for (point, x) in target.iter().enumerate() {
-            self.grid.nearest(x, reach).ok_or_else(|| out_of_reach(&self.grid, point, x, reach))?;
-            let looked_at = self.share(source, x, radius)?;
+        let grid = sources.grid;
+        for point in part {
+            let x = &target[point];
+            grid.nearest(x, reach).ok_or_else(|| out_of_reach(grid, point, x, reach))?;
+            let looked_at = self.share(sources, x)?;
             if self.shares.is_empty() {
                 return Err(MappingError::Degenerate { point, position: x.to_vec(), sources: looked_at });
             }
@@ -122,12 +153,8 @@ impl RadialBasis {
     }
 
     /// Gathers the shares of the clusters around `x` that determine a linear field there; returns how many points the fullest has.
-    fn share<const D: usize>(
-        &mut self,
-        source: &[[f64; D]],
-        x: &[f64; D],
-        radius: f64,
-    ) -> Result<usize, MappingError> {
+    fn share<const D: usize>(&mut self, sources: Sources<D>, x: &[f64; D]) -> Result<usize, MappingError> {
+        let Sources { positions: source, radius, .. } = sources;
         self.shares.clear();
         self.weights.clear();
         let mut looked_at = 0;
@@ -145,7 +172,7 @@ impl RadialBasis {
                     if phi == 0.0 {
                         continue;
                     }
-                    let cluster = self.cluster(source, node, center, radius)?;
+                    let cluster = self.cluster(sources, node, center)?;
                     looked_at = looked_at.max(self.clusters[cluster].points.len());
                     let first = self.weights.len();
                     if self.weigh(source, cluster, x, radius) {
@@ -162,17 +189,17 @@ impl RadialBasis {
     /// The cluster of a lattice node, made when first asked for.
     fn cluster<const D: usize>(
         &mut self,
-        source: &[[f64; D]],
+        sources: Sources<D>,
         node: [i64; 3],
         center: [f64; D],
-        radius: f64,
     ) -> Result<usize, MappingError> {
+        let Sources { grid, positions: source, radius } = sources;
         if let Some(&cluster) = self.cluster_of.get(&node) {
             return Ok(cluster);
         }
         let first = self.points.len();
         let points = &mut self.points;
-        self.grid.visit_around(&center, radius, |point, x| {
+        grid.visit_around(&center, radius, |point, x| {
             if distance_squared(x, &center) < radius * radius {
                 points.push(point);
             }

@@ -42,6 +42,14 @@ impl Rows {
         self.starts.push(self.columns.len());
     }
 
+    /// Puts the rows of `other` behind its own.
+    pub fn append(&mut self, other: &Self) {
+        let entries = self.columns.len();
+        self.columns.extend_from_slice(&other.columns);
+        self.weights.extend_from_slice(&other.weights);
+        self.starts.extend(other.starts[1..].iter().map(|start| entries + start));
+    }
+
     /// Puts the rows into `matrix` and takes its storage for the next time.
     pub fn swap_into(&mut self, matrix: &mut CsMat<f64>, columns: usize) {
         let shape = (self.starts.len() - 1, columns);
