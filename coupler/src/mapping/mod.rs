@@ -31,6 +31,7 @@
 //! Start at [`Mapping`]; then a file for each method. Nothing here knows a participant or a field's meaning, but for
 //! [`Mapping::conservative_per_volume`].
 
+mod basis;
 mod boundary;
 mod cell_grid;
 mod error;
