@@ -21,7 +21,7 @@ pub struct SideError {
 /// A participant with its fields and its last word.
 pub struct Side {
     participant: Box<dyn Participant>,
-    /// What the participant takes; the coupler writes here.
+    /// What the participant takes; the coupler writes here, but for what it lends for a start.
     pub inputs: Fields,
     /// What the participant gave last.
     pub outputs: Fields,

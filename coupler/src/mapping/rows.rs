@@ -130,10 +130,11 @@ mod tests {
         let (mut marked, mut sorted) = (Rows::default(), Rows::default());
         for rows in [&mut marked, &mut sorted] {
             rows.clear();
-            // Each column twice, over three words, the second of them without any.
-            (0..60).for_each(|k| {
-                rows.add(100 + (k % 30) * (1 + 98 * (k % 2)) % 131, f64::from(k as u32) - 20.0)
-            });
+            // Each column twice, over three words; two weights that cancel each other and one that is zero among them.
+            for k in 0..60_u32 {
+                let k_in_half = (k % 30) as usize;
+                rows.add(100 + k_in_half * (1 + 98 * (k_in_half % 2)) % 131, f64::from(k) - 20.0);
+            }
         }
         marked.end_row();
         sorted.sort();

@@ -97,6 +97,11 @@ impl Pair {
         self.steady_state = Some(SteadyState::new(choice, |quantity| quantity_at(quantity, self)));
     }
 
+    /// The structure's position at the last accepted time (m), if it gives any.
+    pub fn accepted_position(&self) -> Option<&[f64]> {
+        self.accepted_position.as_deref()
+    }
+
     /// The largest window that both sides allow (s).
     pub fn window_limit(&self) -> f64 {
         self.fluid.window_limit.min(self.structure.window_limit)
