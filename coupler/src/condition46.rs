@@ -8,6 +8,8 @@
 //! fluid particles were moved by another sum than the structure particle. [`enforce`] replaces the normal part of the load by what the fluid
 //! gave: force and moment of the normal parts then agree for every particle, and so in total.
 
+use pulp::NullaryFnOnce;
+
 /// The fields of one solution that condition (46) speaks of, point by point, `components` doubles a vector.
 #[derive(Clone, Copy, Debug)]
 pub struct Interface<'a> {
@@ -102,58 +104,65 @@ pub fn resultants<const K: usize>(interface: &Interface, loads: [&[f64]; K]) -> 
     }
 }
 
-/// Four points at once, in sums of their own, so that a machine that adds eight numbers at a time can.
 fn resultants_in_plane<const K: usize>(interface: &Interface, loads: [&[f64]; K]) -> [Resultant; K] {
-    let Interface { volume, position, velocity, .. } = *interface;
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            let (volumes, last) = volume.as_chunks::<4>();
-            let blocks = |field| <[f64]>::as_chunks::<8>(field).0;
-            let (positions, velocities, fields) = (blocks(position), blocks(velocity), loads.map(blocks));
-            let mut sums = [Lanes::default(); K];
-            for (at, volume) in volumes.iter().enumerate() {
-                for (sums, field) in sums.iter_mut().zip(&fields) {
-                    sums.add(volume, &field[at], &positions[at], &velocities[at]);
-                }
-            }
-            // What is left of a block is a block with volumes of zero.
-            let mut volume = [0.0; 4];
-            volume[..last.len()].copy_from_slice(last);
-            let rest = |field: &[f64]| {
-                let mut block = [0.0; 8];
-                let rest = &field[8 * volumes.len()..];
-                block[..rest.len()].copy_from_slice(rest);
-                block
-            };
-            for (sums, load) in sums.iter_mut().zip(loads) {
-                sums.add(&volume, &rest(load), &rest(position), &rest(velocity));
-            }
-            sums.map(|sums| sums.resultant())
-        },
-    )
+    pulp::Arch::new().dispatch(InPlane { interface, loads }).map(|sums| sums.resultant())
 }
+
+/// The sums in the plane, four points at once in sums of their own, so that a machine that adds eight numbers at a time can. (A structure and no closure for
+/// the reason that [`crate::flat`] names.)
+struct InPlane<'a, const K: usize> {
+    interface: &'a Interface<'a>,
+    loads: [&'a [f64]; K],
+}
+
+impl<const K: usize> NullaryFnOnce for InPlane<'_, K> {
+    type Output = [Sums; K];
+
+    #[inline(always)]
+    fn call(self) -> [Sums; K] {
+        let Interface { volume, position, velocity, .. } = *self.interface;
+        let mut sums = [Sums::default(); K];
+        // What stands beside a component of the load: minus the volume, and the other component of the position. They are laid out first, so that
+        // the sums are over numbers one beside the other.
+        let (mut weight, mut arm) = ([0.0; 2 * PIECE], [0.0; 2 * PIECE]);
+        for (at, volume) in volume.chunks(PIECE).enumerate() {
+            let piece = 2 * at * PIECE..2 * (at * PIECE + volume.len());
+            for (pair, volume) in weight.as_chunks_mut::<2>().0.iter_mut().zip(volume) {
+                *pair = [-volume; 2];
+            }
+            for (pair, x) in
+                arm.as_chunks_mut::<2>().0.iter_mut().zip(position[piece.clone()].as_chunks::<2>().0)
+            {
+                *pair = [x[1], x[0]];
+            }
+            let (weight, arm) = (&weight[..piece.len()], &arm[..piece.len()]);
+            let loads = self.loads.map(|load| &load[piece.clone()]);
+            add(&mut sums, loads, [weight, arm, &velocity[piece.clone()]]);
+        }
+        sums
+    }
+}
+
+/// Points of which the sums are taken at a time: some kilobytes.
+const PIECE: usize = 256;
 
 /// Sums over every fourth point, x and y in turn.
 #[derive(Clone, Copy, Default)]
-struct Lanes {
+struct Sums {
     force: [f64; 8],
-    /// `x F_y` and `y F_x`.
+    /// `y F_x` and `x F_y`.
     moment: [f64; 8],
     power: [f64; 8],
 }
 
-impl Lanes {
+impl Sums {
     #[inline(always)]
-    fn add(&mut self, volume: &[f64; 4], load: &[f64; 8], position: &[f64; 8], velocity: &[f64; 8]) {
-        let mut pushed = [0.0; 8];
+    fn add(&mut self, load: &[f64; 8], [weight, arm, velocity]: [&[f64; 8]; 3]) {
         for i in 0..8 {
-            pushed[i] = -volume[i / 2] * load[i];
-            self.force[i] += pushed[i];
-            self.power[i] += pushed[i] * velocity[i];
-        }
-        for i in 0..8 {
-            self.moment[i] += position[i] * pushed[i ^ 1];
+            let pushed = weight[i] * load[i];
+            self.force[i] += pushed;
+            self.moment[i] += arm[i] * pushed;
+            self.power[i] += pushed * velocity[i];
         }
     }
 
@@ -163,10 +172,36 @@ impl Lanes {
         };
         Resultant {
             force: [of(&self.force, 0), of(&self.force, 1), 0.0],
-            moment: [0.0, 0.0, of(&self.moment, 0) - of(&self.moment, 1)],
+            moment: [0.0, 0.0, of(&self.moment, 1) - of(&self.moment, 0)],
             power: of(&self.power, 0) + of(&self.power, 1),
         }
     }
+}
+
+/// Adds a piece of each load to its sums, all block by block: sums that do not wait for each other.
+#[inline(always)]
+fn add<const K: usize>(sums: &mut [Sums; K], loads: [&[f64]; K], beside: [&[f64]; 3]) {
+    let length = beside[2].len();
+    let blocks = |field| <[f64]>::as_chunks::<8>(field).0;
+    // What is left is a block with weights of zero.
+    let rest = |field: &[f64]| {
+        let mut block = [0.0; 8];
+        let rest = &field[length / 8 * 8..];
+        block[..rest.len()].copy_from_slice(rest);
+        block
+    };
+    let (load_blocks, beside_blocks) = (loads.map(blocks), beside.map(blocks));
+    let mut own = *sums;
+    for at in 0..length / 8 {
+        for k in 0..K {
+            own[k].add(&load_blocks[k][at], beside_blocks.map(|field| &field[at]));
+        }
+    }
+    let (loads, beside) = (loads.map(rest), beside.map(rest));
+    for k in 0..K {
+        own[k].add(&loads[k], beside.each_ref());
+    }
+    *sums = own;
 }
 
 fn resultant_in_space(interface: &Interface, load: &[f64]) -> Resultant {

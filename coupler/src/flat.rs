@@ -2,6 +2,12 @@
 //!
 //! Partial sums are as many whatever the machine, and added in an order that depends on the length alone: results are the same to the bit
 //! everywhere.
+//!
+//! Work of more than a line is a structure with a `call`, not a closure: a closure is called through a shim that the compiler does not always merge with
+//! the code for the machine at hand, and then runs at the width that all machines have. And what adds up partial sums in the end stands outside of it: seen
+//! together, the compiler works two numbers at a time throughout.
+
+use pulp::NullaryFnOnce;
 
 /// Partial sums of a product.
 const LANES: usize = 16;
@@ -14,26 +20,37 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// `a · bᵢ` for each `bᵢ`, all of one length, in one pass over `a`.
 pub fn dots<const K: usize>(a: &[f64], b: [&[f64]; K]) -> [f64; K] {
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            let (heads, tail) = a.as_chunks::<LANES>();
-            let mut sums = [[0.0; LANES]; K];
-            let chunks = b.map(|b| b[..a.len()].as_chunks::<LANES>());
-            for (at, head) in heads.iter().enumerate() {
-                for (sums, (chunks, _)) in sums.iter_mut().zip(&chunks) {
-                    let other = &chunks[at];
-                    for lane in 0..LANES {
-                        sums[lane] += head[lane] * other[lane];
-                    }
+    let b = b.map(|b| &b[..a.len()]);
+    let partial = pulp::Arch::new().dispatch(PartialDots { a, b });
+    let summed = a.len() / LANES * LANES;
+    std::array::from_fn(|k| {
+        let rest: f64 = a[summed..].iter().zip(&b[k][summed..]).map(|(a, b)| a * b).sum();
+        folded(&partial[k]) + rest
+    })
+}
+
+struct PartialDots<'a, const K: usize> {
+    a: &'a [f64],
+    b: [&'a [f64]; K],
+}
+
+impl<const K: usize> NullaryFnOnce for PartialDots<'_, K> {
+    type Output = [[f64; LANES]; K];
+
+    #[inline(always)]
+    fn call(self) -> [[f64; LANES]; K] {
+        let chunks = self.b.map(|b| b.as_chunks::<LANES>().0);
+        let mut sums = [[0.0; LANES]; K];
+        for (at, head) in self.a.as_chunks::<LANES>().0.iter().enumerate() {
+            for k in 0..K {
+                let other = &chunks[k][at];
+                for lane in 0..LANES {
+                    sums[k][lane] += head[lane] * other[lane];
                 }
             }
-            std::array::from_fn(|k| {
-                let rest: f64 = tail.iter().zip(chunks[k].1).map(|(a, b)| a * b).sum();
-                folded(&sums[k]) + rest
-            })
-        },
-    )
+        }
+        sums
+    }
 }
 
 /// The sum of partial sums, halves upon halves.
@@ -51,21 +68,32 @@ pub fn folded(sums: &[f64; LANES]) -> f64 {
 
 /// `x ← y − Σ cᵢ wᵢ`, in pieces that stay in the fastest memory while all `wᵢ` pass.
 pub fn subtract_all(x: &mut [f64], y: &[f64], terms: &[(f64, &[f64])]) {
-    const PIECE: usize = 1024;
-    pulp::Arch::new().dispatch(
-        #[inline(always)]
-        || {
-            for (at, x) in x.chunks_mut(PIECE).enumerate() {
-                let piece = at * PIECE..at * PIECE + x.len();
-                x.copy_from_slice(&y[piece.clone()]);
-                for (c, w) in terms {
-                    for (x, w) in x.iter_mut().zip(&w[piece.clone()]) {
-                        *x -= c * w;
-                    }
+    pulp::Arch::new().dispatch(SubtractAll { x, y, terms });
+}
+
+struct SubtractAll<'a> {
+    x: &'a mut [f64],
+    y: &'a [f64],
+    terms: &'a [(f64, &'a [f64])],
+}
+
+impl NullaryFnOnce for SubtractAll<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        const PIECE: usize = 1024;
+        let Self { x, y, terms } = self;
+        for (at, x) in x.chunks_mut(PIECE).enumerate() {
+            let piece = at * PIECE..at * PIECE + x.len();
+            x.copy_from_slice(&y[piece.clone()]);
+            for (c, w) in terms {
+                for (x, w) in x.iter_mut().zip(&w[piece.clone()]) {
+                    *x -= c * w;
                 }
             }
-        },
-    );
+        }
+    }
 }
 
 /// `to ← a − b`.

@@ -56,6 +56,7 @@ pub struct Mapped<P> {
     choice: coupling::Mapping,
     filling: Filling,
     announce: Announce,
+    threads: usize,
     /// The structure's own fields.
     inputs: Fields,
     outputs: Fields,
@@ -122,12 +123,18 @@ impl<P: Participant> Mapped<P> {
             positions: filling.positions.clone(),
             filling,
             announce,
+            threads: 1,
             inputs: Fields::default(),
             outputs: Fields::default(),
             mapping: None,
             made_at: [Vec::new(), Vec::new()],
             scratch: [Vec::new(), Vec::new()],
         })
+    }
+
+    /// Lets the weights be made with so many threads.
+    pub fn use_threads(&mut self, threads: usize) {
+        self.threads = threads;
     }
 
     fn method(&self) -> Result<Method, ParticipantError> {
@@ -246,7 +253,9 @@ impl<P: Participant> Participant for Mapped<P> {
         let own = self.outputs.get(names::POSITION).unwrap_or(&[]).to_vec();
         let announce = self.announce.clone();
         announce.during(Phase::Mapping, || {
-            self.mapping = Some(Mapping::build(settings, &own, &self.filling.positions).map_err(failed)?);
+            let mut mapping = Mapping::build(settings, &own, &self.filling.positions).map_err(failed)?;
+            mapping.use_threads(self.threads);
+            self.mapping = Some(mapping);
             self.made_at = [own, self.filling.positions.clone()];
             self.give_motion(outputs);
             Ok::<_, ParticipantError>(())

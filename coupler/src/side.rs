@@ -21,7 +21,7 @@ pub struct SideError {
 /// A participant with its fields and its last word.
 pub struct Side {
     participant: Box<dyn Participant>,
-    /// What the participant takes; the coupler writes here.
+    /// What the participant takes; the coupler writes here, but for what it lends for a start.
     pub inputs: Fields,
     /// What the participant gave last.
     pub outputs: Fields,
@@ -93,7 +93,23 @@ impl Side {
 
     /// Starts the window with the inputs as they stand.
     pub fn start(&mut self, window: &TimeWindow) -> Result<(), SideError> {
-        self.participant.start(window, &self.inputs).map_err(|e| self.failed(solving(window), e))
+        self.start_with(window, [])
+    }
+
+    /// Starts the window with these values for the inputs of those names, as far as the participant takes them. They are lent for the call, not copied.
+    pub fn start_with<const N: usize>(
+        &mut self,
+        window: &TimeWindow,
+        mut lent: [(&str, &mut Vec<f64>); N],
+    ) -> Result<(), SideError> {
+        for (name, values) in &mut lent {
+            self.inputs.swap(name, values);
+        }
+        let started = self.participant.start(window, &self.inputs);
+        for (name, values) in &mut lent {
+            self.inputs.swap(name, values);
+        }
+        started.map_err(|e| self.failed(solving(window), e))
     }
 
     /// Waits for the solution; outputs, limit and scalars are then those of the window's end.

@@ -448,6 +448,30 @@ fn updating_gives_what_building_gives_to_the_bit() {
 }
 
 #[test]
+fn weights_do_not_depend_on_the_number_of_threads() {
+    let random = &mut Random(5);
+    let (vertices, facets) = outline([1.0, 0.1], [60, 6]);
+    let cloud = random.cloud(1500, &[1.0, 0.1]);
+    // Enough for three threads to be started.
+    let inside = random.cloud(3500, &[1.0, 0.1]);
+    for (method, source) in [(radial_basis(), &cloud), (Method::NearestProjection { facets }, &vertices)] {
+        let settings = Settings { reach: 0.5, ..settings(2, method) };
+        let mut mapping = Mapping::build(settings, source, &inside).expect("a plate");
+        let alone = mapping.weights().clone();
+        for threads in [2, 3, 8] {
+            mapping.use_threads(threads);
+            mapping.update(source, &inside).unwrap();
+            assert_eq!(*mapping.weights(), alone, "{threads} threads");
+        }
+        // The target that is named is the first that cannot be mapped, whichever part it is in.
+        let mut lost = inside.clone();
+        (lost[4001], lost[6001]) = (1e3, 1e3);
+        let refused = mapping.update(source, &lost).unwrap_err();
+        assert!(matches!(refused, MappingError::OutOfReach { point: 2000, .. }), "{refused}");
+    }
+}
+
+#[test]
 fn what_cannot_be_mapped_is_refused_with_the_point() {
     let square = [0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0];
     let all = [

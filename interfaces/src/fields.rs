@@ -1,6 +1,8 @@
 //! Arrays that travel: one flat array a port.
 
 use crate::port::{Direction, Exchange, Port};
+use pulp::NullaryFnOnce;
+use std::mem::MaybeUninit;
 use thiserror::Error;
 
 /// The arrays of one direction of a participant, one a port, each `points × components` doubles, point by point.
@@ -96,22 +98,25 @@ impl Fields {
         Ok(())
     }
 
+    /// Exchanges the array of the port of that name with `values`, which are as many; says whether there is such a port.
+    ///
+    /// A field that is already where it belongs is lent for a call in this way, and nothing is copied.
+    pub fn swap(&mut self, name: &str, values: &mut Vec<f64>) -> bool {
+        let Some(index) = self.index(name) else { return false };
+        let array = &mut self.arrays[index];
+        assert_eq!(
+            array.len(),
+            values.len(),
+            "an array that is exchanged for another keeps its port's length"
+        );
+        std::mem::swap(array, values);
+        true
+    }
+
     /// Refuses values that are not finite, naming the first.
     pub fn check_finite(&self) -> Result<(), FieldError> {
-        for (port, array) in self.iter() {
-            if all_finite(array) {
-                continue;
-            }
-            if let Some(at) = array.iter().position(|v| !v.is_finite()) {
-                return Err(FieldError::NotFinite {
-                    port: port.name.clone(),
-                    point: at / port.components,
-                    component: at % port.components,
-                    value: array[at],
-                });
-            }
-        }
-        Ok(())
+        self.iter()
+            .try_for_each(|(port, array)| if all_finite(array) { Ok(()) } else { not_finite(port, array) })
     }
 
     /// Doubles in all arrays that `exchange` admits.
@@ -135,27 +140,126 @@ pub fn wrong_length(port: &Port, found: usize) -> FieldError {
     }
 }
 
-/// `values ← (1 − fraction) start + fraction end`: what a field that goes linearly over a window is at that fraction of it. All are of one length.
-pub fn interpolate(start: &[f64], end: &[f64], fraction: f64, values: &mut [f64]) {
-    pulp::Arch::new().dispatch(
+/// Copies the array of `port`, and refuses values that are not finite on the way, naming the first. Both are of one length.
+pub(crate) fn take_finite(port: &Port, from: &[f64], to: &mut [f64]) -> Result<(), FieldError> {
+    let finite = pulp::Arch::new().dispatch(
         #[inline(always)]
         || {
-            for ((value, start), end) in values.iter_mut().zip(start).zip(end) {
-                *value = start + fraction * (end - start);
-            }
+            let pairs = from.iter().zip(to);
+            pairs.fold(0, |found, (value, place)| {
+                *place = *value;
+                found | overflown(*value)
+            }) >> 63
+                == 0
         },
     );
+    if finite { Ok(()) } else { not_finite(port, from) }
 }
 
-/// Whether no value is infinite or not a number. Those have an exponent with all bits set, and adding one to it carries into the sign's
-/// place. Without a branch for each value it runs at the speed of memory, which matters: every field is checked wherever it crosses.
+/// [`take_finite`] into memory that holds nothing yet; all of it is written, whatever the values.
+pub(crate) fn put_finite(port: &Port, from: &[f64], to: &mut [MaybeUninit<f64>]) -> Result<(), FieldError> {
+    assert_eq!(from.len(), to.len(), "a place is laid out for its field");
+    let finite = pulp::Arch::new().dispatch(
+        #[inline(always)]
+        || {
+            let pairs = from.iter().zip(to);
+            pairs.fold(0, |found, (value, place)| {
+                place.write(*value);
+                found | overflown(*value)
+            }) >> 63
+                == 0
+        },
+    );
+    if finite { Ok(()) } else { not_finite(port, from) }
+}
+
+/// The error for the first value of the array that is not finite; none where all are.
+fn not_finite(port: &Port, array: &[f64]) -> Result<(), FieldError> {
+    array.iter().position(|value| !value.is_finite()).map_or(Ok(()), |at| {
+        Err(FieldError::NotFinite {
+            port: port.name.clone(),
+            point: at / port.components,
+            component: at % port.components,
+            value: array[at],
+        })
+    })
+}
+
+/// A field that goes linearly over a window, read at any fraction of it; nothing is stored of what it is there.
+#[derive(Clone, Copy, Debug)]
+pub struct Linear<'a> {
+    start: &'a [f64],
+    end: &'a [f64],
+}
+
+impl<'a> Linear<'a> {
+    /// From its values at the window's start to those at its end, which are as many.
+    pub fn new(start: &'a [f64], end: &'a [f64]) -> Self {
+        assert_eq!(start.len(), end.len(), "a field has as many values at a window's end as at its start");
+        Self { start, end }
+    }
+
+    /// The value of that index.
+    #[inline]
+    pub fn at(&self, index: usize, fraction: f64) -> f64 {
+        between(self.start[index], self.end[index], fraction)
+    }
+
+    /// The sum of all values.
+    pub fn sum(&self, fraction: f64) -> f64 {
+        let partial = pulp::Arch::new().dispatch(PartialSums { field: *self, fraction });
+        let summed = self.start.len() / LANES * LANES;
+        let rest: f64 = (summed..self.start.len()).map(|index| self.at(index, fraction)).sum();
+        partial.iter().sum::<f64>() + rest
+    }
+}
+
+#[inline(always)]
+fn between(start: f64, end: f64, fraction: f64) -> f64 {
+    start + fraction * (end - start)
+}
+
+/// As many partial sums as keep a machine that adds eight numbers at a time from waiting for itself.
+const LANES: usize = 64;
+
+/// A structure and no closure, which the compiler may leave outside the code for the machine at hand.
+struct PartialSums<'a> {
+    field: Linear<'a>,
+    fraction: f64,
+}
+
+impl NullaryFnOnce for PartialSums<'_> {
+    type Output = [f64; LANES];
+
+    #[inline(always)]
+    fn call(self) -> [f64; LANES] {
+        let Self { field: Linear { start, end }, fraction } = self;
+        let mut sums = [0.0; LANES];
+        for (start, end) in start.as_chunks::<LANES>().0.iter().zip(end.as_chunks::<LANES>().0) {
+            for lane in 0..LANES {
+                sums[lane] += between(start[lane], end[lane], fraction);
+            }
+        }
+        sums
+    }
+}
+
+/// Whether no value is infinite or not a number. Without a branch for each value it runs at the speed of memory, which matters: every field is
+/// checked wherever it crosses.
 fn all_finite(array: &[f64]) -> bool {
-    const EXPONENT: u64 = f64::INFINITY.to_bits();
-    const ONE: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
     pulp::Arch::new().dispatch(
         #[inline(always)]
-        || array.iter().fold(0, |found, value| found | ((value.to_bits() & EXPONENT) + ONE)) >> 63 == 0,
+        || array.iter().fold(0, |found, value| found | overflown(*value)) >> 63 == 0,
     )
+}
+
+/// The highest bit is set where the value is infinite or not a number, and only there. Those have an exponent with all bits set, and adding one to it
+/// carries into the sign's place.
+#[inline(always)]
+fn overflown(value: f64) -> u64 {
+    const EXPONENT: u64 = f64::INFINITY.to_bits();
+    const ONE: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
+    (value.to_bits() & EXPONENT) + ONE
 }
 
 fn length(port: &Port) -> usize {
@@ -206,6 +310,16 @@ mod tests {
         ] {
             assert!(!all_finite(&[1.0, other, -2.0]), "{other}");
         }
+    }
+
+    #[test]
+    fn a_linear_field_is_read_at_any_fraction() {
+        // Whole numbers and a half: exact in any order.
+        let start: Vec<f64> = (0..200).map(f64::from).collect();
+        let end: Vec<f64> = start.iter().map(|x| 3.0 * x).collect();
+        let field = Linear::new(&start, &end);
+        assert_eq!([field.at(5, 0.0), field.at(5, 0.5), field.at(5, 1.0)], [5.0, 10.0, 15.0]);
+        assert_eq!(field.sum(0.5), 2.0 * 199.0 * 200.0 / 2.0);
     }
 
     #[test]

@@ -233,15 +233,26 @@ impl<P: Participant> Participant for Guarded<P> {
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
         self.life.check_window(window)?;
-        inputs.check_finite()?;
+        let refuses = self.inner.refuses_not_finite();
+        if !refuses {
+            inputs.check_finite()?;
+        }
         let result = caught(|| self.inner.start(window, inputs));
+        if refuses && matches!(result, Err(ParticipantError::Field(_))) {
+            return result;
+        }
         self.made(Call::Start, Some(window), result)
     }
 
     fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
         self.life.check(Call::Finish)?;
         let result = caught(|| self.inner.finish(outputs));
-        let result = result.and_then(|report| Ok(outputs.check_finite().map(|()| report)?));
+        let result = match result {
+            Ok(report) if !self.inner.refuses_not_finite() => {
+                outputs.check_finite().map(|()| report).map_err(ParticipantError::from)
+            }
+            result => result,
+        };
         self.made(Call::Finish, None, result)
     }
 

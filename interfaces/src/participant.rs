@@ -118,10 +118,17 @@ pub trait Participant {
         outputs: &mut Fields,
     ) -> Result<Readiness, ParticipantError>;
 
+    /// Whether it refuses values that are not finite itself, in the fields it takes by `start`, which then leave it as it was, and in those it gives by
+    /// `finish`. Whoever copies the fields anyway checks them at no cost on the way, and [`crate::Guarded`] does not go over them again.
+    fn refuses_not_finite(&self) -> bool {
+        false
+    }
+
     /// Begins to solve the window from the last accepted state. Does not wait for the solution where another process solves.
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError>;
 
-    /// Waits for the solution begun by `start`: the fields that are exchanged every window, and a report. Constant fields are left as they are.
+    /// Waits for the solution begun by `start`: the fields that are exchanged every window, whole, whatever stood there, and a report. Constant fields are
+    /// left as they are.
     fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError>;
 
     /// The last solution is final. With a number, the participant writes its snapshot of that number.
@@ -148,6 +155,9 @@ impl<P: Participant + ?Sized> Participant for Box<P> {
         outputs: &mut Fields,
     ) -> Result<Readiness, ParticipantError> {
         (**self).initialize(start, inputs, outputs)
+    }
+    fn refuses_not_finite(&self) -> bool {
+        (**self).refuses_not_finite()
     }
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
         (**self).start(window, inputs)

@@ -4,10 +4,13 @@
 //! message, and `text_bytes` bytes of text padded to whole doubles. `docs/protocol.md` is the same in prose, with offsets, for those
 //! who write a participant in another language; [`VERSION`] counts its changes.
 
+use crate::fields::{FieldError, put_finite, take_finite};
 use crate::{Description, Exchange, Fields, Readiness, SubSteps, TimeWindow, WindowReport};
 use iceoryx2::prelude::ZeroCopySend;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::mem::MaybeUninit;
+use thiserror::Error;
 
 /// Version of the protocol. The first 64 bits of the header (version and kind) stay what they are in every version, so that two
 /// versions can tell each other apart.
@@ -220,8 +223,8 @@ impl Selection {
         fields.total(|exchange| self.admits(exchange))
     }
 
-    /// Copies the payload's fields, in the order of their ports. The error names both lengths.
-    pub fn read(self, payload: &[f64], fields: &mut Fields) -> Result<(), String> {
+    /// Copies the payload's fields, in the order of their ports, and refuses values that are not finite on the way.
+    pub fn read(self, payload: &[f64], fields: &mut Fields) -> Result<(), ReadError> {
         let expected = self.total(fields);
         if payload.len() != expected {
             let ports: Vec<_> = fields
@@ -231,21 +234,36 @@ impl Selection {
                 .map(|port| format!("`{}` {} × {}", port.name, port.points.unwrap_or(0), port.components))
                 .collect();
             let ports = if ports.is_empty() { "none".to_owned() } else { ports.join(", ") };
-            return Err(format!(
-                "fields of {} doubles came where {expected} belong (points × components: {ports})",
-                payload.len()
-            ));
+            return Err(ReadError::WrongLength { found: payload.len(), expected, ports });
         }
         let mut rest = payload;
         for (port, array) in fields.iter_mut() {
             if self.admits(port.exchange) {
                 let (values, after) = rest.split_at(array.len());
-                array.copy_from_slice(values);
+                take_finite(port, values, array)?;
                 rest = after;
             }
         }
         Ok(())
     }
+}
+
+/// Why fields of a message were not taken.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum ReadError {
+    /// They are more or fewer doubles than the ports have.
+    #[error("fields of {found} doubles came where {expected} belong (points × components: {ports})")]
+    WrongLength {
+        /// Doubles that came.
+        found: usize,
+        /// Doubles that belong there.
+        expected: usize,
+        /// The ports, with points and components.
+        ports: String,
+    },
+    /// One of them must not cross.
+    #[error(transparent)]
+    Field(#[from] FieldError),
 }
 
 /// What a message carries behind its header.
@@ -276,18 +294,25 @@ impl<'a> Payload<'a> {
         self.len() == 0
     }
 
-    /// Writes it into [`Payload::len`] doubles.
-    pub fn write(&self, into: &mut [f64]) {
+    /// Writes it into memory for [`Payload::len`] doubles, and refuses fields with values that are not finite on the way. Every double of `into` has
+    /// been written where there is no error.
+    pub fn write(&self, into: &mut [MaybeUninit<f64>]) -> Result<(), FieldError> {
+        assert_eq!(into.len(), self.len(), "memory is laid out for the payload");
         let (scalars, mut rest) = into.split_at_mut(self.scalars.len());
-        scalars.copy_from_slice(self.scalars);
+        for (place, scalar) in scalars.iter_mut().zip(self.scalars) {
+            place.write(*scalar);
+        }
         if let Some((fields, selection)) = self.fields {
-            for (_, array) in fields.iter().filter(|(port, _)| selection.admits(port.exchange)) {
+            for (port, array) in fields.iter().filter(|(port, _)| selection.admits(port.exchange)) {
                 let (place, after) = rest.split_at_mut(array.len());
-                place.copy_from_slice(array);
+                put_finite(port, array, place)?;
                 rest = after;
             }
         }
-        pack(self.text, rest);
+        for (place, word) in rest.iter_mut().zip(packed(self.text)) {
+            place.write(word);
+        }
+        Ok(())
     }
 }
 
@@ -296,16 +321,16 @@ pub fn words(bytes: usize) -> usize {
     bytes.div_ceil(8)
 }
 
-/// Packs bytes into the bits of doubles, padded with zeros. `packed` has [`words`] elements.
-pub fn pack(bytes: &[u8], packed: &mut [f64]) {
-    for (word, chunk) in packed.iter_mut().zip(bytes.chunks(8)) {
+/// Bytes in the bits of doubles, [`words`] of them, the last padded with zeros.
+pub fn packed(bytes: &[u8]) -> impl ExactSizeIterator<Item = f64> {
+    bytes.chunks(8).map(|chunk| {
         let mut eight = [0; 8];
         eight[..chunk.len()].copy_from_slice(chunk);
-        *word = f64::from_bits(u64::from_ne_bytes(eight));
-    }
+        f64::from_bits(u64::from_ne_bytes(eight))
+    })
 }
 
-/// The bytes that [`pack`] packed.
+/// The bytes that [`packed`] packed.
 pub fn unpack(packed: &[f64], bytes: usize) -> Vec<u8> {
     let mut all: Vec<u8> = packed.iter().flat_map(|word| word.to_bits().to_ne_bytes()).collect();
     all.truncate(bytes);
@@ -366,8 +391,7 @@ mod tests {
         fields.get_mut("velocity").unwrap().copy_from_slice(&[5.0, 6.0]);
         let text = 8.0_f64.to_ne_bytes();
         let payload = Payload { scalars: &[1.0, 2.0], fields: Some((&fields, Selection::All)), text: &text };
-        let mut written = vec![0.0; payload.len()];
-        payload.write(&mut written);
+        let written = written(&payload).unwrap();
         assert_eq!(written, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0]);
         let mut read = Fields::new(&ports, Direction::Out, 0);
         Selection::EveryWindow.read(&written[4..6], &mut read).unwrap();
@@ -376,9 +400,35 @@ mod tests {
             (&[0.0; 2][..], &[5.0, 6.0][..])
         );
         assert_eq!(
-            Selection::EveryWindow.read(&written, &mut read).unwrap_err(),
+            Selection::EveryWindow.read(&written, &mut read).unwrap_err().to_string(),
             "fields of 7 doubles came where 2 belong (points × components: `velocity` 1 × 2)"
         );
+    }
+
+    /// What a payload writes; a double that it left out is a NaN of bits that nothing else has.
+    fn written(payload: &Payload) -> Result<Vec<f64>, FieldError> {
+        let mut into = vec![MaybeUninit::new(f64::from_bits(u64::MAX)); payload.len()];
+        payload.write(&mut into)?;
+        // SAFETY: all were initialised when the vector was made.
+        #[expect(unsafe_code, reason = "reading what was written into uninitialised memory")]
+        let values: Vec<f64> = into.into_iter().map(|value| unsafe { value.assume_init() }).collect();
+        assert!(values.iter().all(|value| value.to_bits() != u64::MAX), "{values:?}");
+        Ok(values)
+    }
+
+    #[test]
+    fn values_that_are_not_finite_are_neither_written_nor_read() {
+        use crate::{Direction, Port, Quantity};
+        let ports = [Port::new("velocity", Quantity::Velocity, 2, Some(20), Direction::Out)];
+        let mut fields = Fields::new(&ports, Direction::Out, 0);
+        let mut values = vec![0.5; 40];
+        values[33] = f64::NEG_INFINITY;
+        fields.get_mut("velocity").unwrap().copy_from_slice(&values);
+        let refused = "field `velocity` is not finite: component 1 at point 16 is -inf";
+        let payload = Payload { fields: Some((&fields, Selection::All)), ..Payload::default() };
+        assert_eq!(written(&payload).unwrap_err().to_string(), refused);
+        let read = Selection::All.read(&values, &mut fields);
+        assert_eq!(read.unwrap_err().to_string(), refused);
     }
 
     #[test]
@@ -387,9 +437,8 @@ mod tests {
             // The bytes of signalling and quiet NaNs among them.
             let bytes: Vec<u8> =
                 (0..length).map(|i| if i % 8 > 5 { 0xff } else { (i % 251) as u8 }).collect();
-            let mut packed = vec![0.0; words(length)];
-            pack(&bytes, &mut packed);
-            assert_eq!(unpack(&packed, length), bytes);
+            let packed: Vec<f64> = packed(&bytes).collect();
+            assert_eq!((packed.len(), unpack(&packed, length)), (words(length), bytes));
         }
     }
 }

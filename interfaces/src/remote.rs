@@ -1,6 +1,8 @@
 //! The coupler's side of a participant in another process.
 
-use crate::protocol::{Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, Selection, VERSION, Welcome};
+use crate::protocol::{
+    Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, ReadError, Selection, VERSION, Welcome,
+};
 use crate::transport::{Address, Alive, Connection, Deadlines, Message, Service, Traffic, ipc};
 use crate::{Description, Fields, Participant, ParticipantError, Readiness, TimeWindow, WindowReport};
 use std::cell::Cell;
@@ -26,8 +28,8 @@ pub struct Listening<S: Service = ipc::Service> {
     deadlines: Deadlines,
 }
 
-/// A participant in another process. It asks that process and checks the form of what comes back; put it behind
-/// [`crate::Guarded`], as any other participant, for the order of calls and for fields that are not finite.
+/// A participant in another process. It asks that process and checks the form of what comes back, and that all fields that cross are finite; put it behind
+/// [`crate::Guarded`], as any other participant, for the order of calls.
 ///
 /// Dropped without [`Participant::terminate`], it tells the process that nothing more is wanted.
 pub struct RemoteParticipant<S: Service = ipc::Service> {
@@ -146,8 +148,14 @@ impl<S: Service> RemoteParticipant<S> {
             });
         }
         self.sequence += 1;
-        let sent = self.connection.send(header(self.sequence), payload, wake, during);
-        sent.map_err(|error| self.broken(error))
+        match self.connection.send(header(self.sequence), payload, wake, during) {
+            // Nothing was sent, and the other process knows of nothing.
+            Err(error @ ParticipantError::Field(_)) => {
+                self.sequence -= 1;
+                Err(error)
+            }
+            sent => sent.map_err(|error| self.broken(error)),
+        }
     }
 
     /// Waits for the answer to the last request; for `Solved`, of the window that was started.
@@ -219,6 +227,10 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         let readiness = Readiness { window_limit: message.header().size, scalars };
         read(&self.connection, &message, Selection::All, outputs, during)?;
         Ok(readiness)
+    }
+
+    fn refuses_not_finite(&self) -> bool {
+        true
     }
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
@@ -319,9 +331,12 @@ fn read<S: Service>(
     during: impl Fn() -> String,
 ) -> Result<(), ParticipantError> {
     let started = Instant::now();
-    selection.read(message.fields(), outputs).map_err(|what| ParticipantError::Protocol {
-        during: during(),
-        what: format!("in {}, {what}", message.header().name()),
+    selection.read(message.fields(), outputs).map_err(|error| match error {
+        ReadError::Field(error) => ParticipantError::Field(error),
+        wrong => ParticipantError::Protocol {
+            during: during(),
+            what: format!("in {}, {wrong}", message.header().name()),
+        },
     })?;
     connection.copied(started);
     Ok(())

@@ -1,7 +1,9 @@
 //! The participant's side: any participant, served to a coupler in another process.
 
 use crate::lifecycle::caught;
-use crate::protocol::{Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, Selection, VERSION, Welcome};
+use crate::protocol::{
+    Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, ReadError, Selection, VERSION, Welcome,
+};
 use crate::transport::{Address, Alive, Connection, Deadlines, Message, Service, ipc};
 use crate::{Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port, State};
 use std::sync::Arc;
@@ -129,7 +131,7 @@ struct Session<'a> {
     outputs: Fields,
 }
 
-/// An answer, but for the fields, which are the session's outputs.
+/// An answer, but for the fields, which are the session's outputs and checked when they are sent.
 struct Answer {
     header: MessageHeader,
     scalars: Vec<f64>,
@@ -161,16 +163,23 @@ impl Session<'_> {
             if kind == Kind::Goodbye {
                 return Err(ServeError::Abandoned);
             }
-            match caught(|| self.answer(connection, message)) {
-                Ok(None) => {}
-                Ok(Some(answer)) => {
-                    let payload = Payload {
-                        scalars: &answer.scalars,
-                        fields: answer.fields.map(|selection| (&self.outputs, selection)),
-                        text: &answer.text,
-                    };
-                    let during = || format!("while answering {kind} {sequence}");
-                    connection.send(answer.header, &payload, true, during).map_err(ServeError::Coupler)?;
+            let answered = caught(|| self.answer(connection, message)).and_then(|answer| {
+                let Some(answer) = answer else { return Ok(Ok(())) };
+                let payload = Payload {
+                    scalars: &answer.scalars,
+                    fields: answer.fields.map(|selection| (&self.outputs, selection)),
+                    text: &answer.text,
+                };
+                let during = || format!("while answering {kind} {sequence}");
+                match connection.send(answer.header, &payload, true, during) {
+                    // A field that must not cross is the participant's failure, and the connection is sound.
+                    Err(error @ ParticipantError::Field(_)) => Err(error),
+                    sent => Ok(sent),
+                }
+            });
+            match answered {
+                Ok(sent) => {
+                    sent.map_err(ServeError::Coupler)?;
                     if kind == Kind::Terminate {
                         wait_for_goodbye(connection, deadlines);
                         return Ok(());
@@ -205,16 +214,12 @@ impl Session<'_> {
                     self.life.restored(window.index);
                 }
                 self.life.check_window(&window)?;
-                Selection::EveryWindow
-                    .read(message.fields(), &mut self.inputs)
-                    .map_err(|what| wrong(&request, &what))?;
+                self.take(Selection::EveryWindow, &message)?;
                 drop(message);
                 connection.copied(started);
-                self.inputs.check_finite()?;
                 self.participant.start(&window, &self.inputs)?;
                 self.life.done(Call::Start, Some(&window));
                 let report = self.participant.finish(&mut self.outputs)?;
-                self.outputs.check_finite()?;
                 self.life.done(Call::Finish, None);
                 Ok(Some(Answer {
                     header: request.solved(&report),
@@ -255,6 +260,18 @@ impl Session<'_> {
         }
     }
 
+    /// Copies the message's fields to the inputs, finite as they are.
+    fn take<S: Service>(
+        &mut self,
+        selection: Selection,
+        message: &Message<S>,
+    ) -> Result<(), ParticipantError> {
+        selection.read(message.fields(), &mut self.inputs).map_err(|error| match error {
+            ReadError::Field(error) => error.into(),
+            other => wrong(message.header(), &other.to_string()),
+        })
+    }
+
     fn initialize<S: Service>(&mut self, message: &Message<S>) -> Result<Answer, ParticipantError> {
         self.life.check(Call::Initialize)?;
         let request = *message.header();
@@ -278,10 +295,8 @@ impl Session<'_> {
         }
         self.inputs = Fields::new(&resolved, Direction::In, 0);
         self.outputs = Fields::new(&resolved, Direction::Out, 0);
-        Selection::All.read(message.fields(), &mut self.inputs).map_err(|what| wrong(&request, &what))?;
-        self.inputs.check_finite()?;
+        self.take(Selection::All, message)?;
         let readiness = self.participant.initialize(request.time, &self.inputs, &mut self.outputs)?;
-        self.outputs.check_finite()?;
         self.life.done(Call::Initialize, None);
         Ok(Answer {
             header: request.ready(&readiness),

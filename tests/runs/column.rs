@@ -39,12 +39,13 @@ fn a_moving_wall_iterated_moves_as_the_compliant_one_does() {
         (compliant.0 / 0.0259 - 1.0).abs() < 0.05 && (compliant.1 / 2.2e-3 - 1.0).abs() < 0.08,
         "{compliant:?}"
     );
-    // Iterations to a relative residual of 1e-3: 2.1, 3.3, 4.8 and 3.7 in the mean when this was written.
+    // Iterations to a relative residual of 1e-3: 2.1, 2.6, 4.8, 3.6 and 4.7 in the mean when this was written.
     for (method, order, most) in [
         ("iqn-ils", "serial", 3.0),
         ("iqn-imvj", "serial", 4.5),
         ("aitken", "serial", 6.0),
         ("iqn-ils", "parallel", 5.0),
+        ("iqn-imvj", "parallel", 6.5),
     ] {
         let method = format!("coupling.acceleration.method={method}");
         let scheme = format!("coupling.scheme={order}-implicit");

@@ -58,7 +58,7 @@ fn a_rigid_motion_of_the_mesh_is_one_of_the_particles() {
         let mut pair = Pair::initialize(fluid("constant"), structure, 0.0, Mean).expect("they fit");
         let mut schedule = Schedule::new(0.0, 0.1, 0.1, 0.01, SubSteps::Stable);
         EXPLICIT.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("mocks do not fail");
-        let found = pair.structure.outputs.get(names::POSITION).expect("given");
+        let found = pair.accepted_position().expect("given");
         for (x, reference) in found.chunks_exact(2).zip(filling().positions.chunks_exact(2)) {
             // (x, y) turned by 90° is (−y, x); round-off of sums of a few terms of up to 0.2 m, ten windows of them where weights are made anew.
             assert!(

@@ -9,8 +9,8 @@ use super::semidefinite::dot;
 
 /// Facets of a leaf.
 const LEAF: usize = 4;
-/// A tree over `u32` facets, halved at every level, is not deeper.
-const DEPTH: usize = 64;
+/// A tree over `u32` facets, halved at every level, is not deeper; a search leaves one node a level to be looked at, and has two in hand.
+const DEPTH: usize = 36;
 
 /// A box with what is in it: children, or facets.
 #[derive(Clone, Copy, Debug)]
@@ -72,8 +72,13 @@ impl Boundary {
     }
 
     /// Positions of a facet's vertices.
+    #[inline]
     pub fn corners<const D: usize>(&self, source: &[[f64; D]], facet: usize) -> [[f64; D]; D] {
-        self.vertices(facet).map(|vertex| source[vertex])
+        let mut corners = [[0.0; D]; D];
+        for (corner, &vertex) in corners.iter_mut().zip(self.vertices::<D>(facet)) {
+            *corner = source[vertex];
+        }
+        corners
     }
 
     /// Visits facets that may be nearer to `x` than a bound, near boxes first. `visit(facet, bound)` returns the next bound, a distance
@@ -86,38 +91,50 @@ impl Boundary {
     ) {
         let mut bound = bound;
         let mut stack = Stack::new();
-        stack.push(0);
-        while let Some(at) = stack.pop() {
-            let node = &self.nodes[at];
-            if node.distance_squared(x) > bound {
+        stack.push(0, self.nodes[0].distance_squared(x));
+        while let Some((at, distance)) = stack.pop() {
+            if distance > bound {
                 continue;
             }
+            let node = &self.nodes[at];
             if node.second == 0 {
                 for &facet in &self.order[node.from as usize..node.to as usize] {
                     bound = visit(facet as usize, bound);
                 }
             } else {
-                let (first, second) = (at + 1, node.second as usize);
-                let near_first =
-                    self.nodes[first].distance_squared(x) <= self.nodes[second].distance_squared(x);
-                stack.push(if near_first { second } else { first });
-                stack.push(if near_first { first } else { second });
+                let [first, second] = [at + 1, node.second as usize];
+                let first = (first, self.nodes[first].distance_squared(x));
+                let second = (second, self.nodes[second].distance_squared(x));
+                let (near, far) = if first.1 <= second.1 { (first, second) } else { (second, first) };
+                for (child, distance) in [far, near] {
+                    if distance <= bound {
+                        stack.push(child, distance);
+                    }
+                }
             }
         }
     }
 
-    /// The nearest point of the boundary, and its distance squared (m²).
-    pub fn nearest<const D: usize>(&self, source: &[[f64; D]], x: &[f64; D]) -> (Foot<D>, f64) {
-        let mut best = (f64::INFINITY, usize::MAX);
-        self.visit_near(x, f64::INFINITY, |facet, _| {
+    /// The nearest point of the boundary, and its distance squared (m²). The search is short where the facet that `hint` names is near.
+    pub fn nearest<const D: usize>(
+        &self,
+        source: &[[f64; D]],
+        x: &[f64; D],
+        hint: Option<usize>,
+    ) -> (Foot<D>, f64) {
+        let mut best: Option<(f64, Foot<D>)> = None;
+        let mut look_at = |facet| {
             let foot = self.foot(source, facet, x);
-            let found = (distance_squared(&foot.position, x), facet);
-            if found < best {
-                best = found;
+            let squared = distance_squared(&foot.position, x);
+            if best.is_none_or(|(least, ref nearest)| (squared, facet) < (least, nearest.facet)) {
+                best = Some((squared, foot));
             }
-            best.0
-        });
-        (self.foot(source, best.1, x), best.0)
+            best.map_or(f64::INFINITY, |(least, _)| least)
+        };
+        let bound = hint.map_or(f64::INFINITY, &mut look_at);
+        self.visit_near(x, bound, |facet, _| look_at(facet));
+        let (squared, foot) = best.expect("a boundary has a facet, and positions are finite");
+        (foot, squared)
     }
 
     /// The point of `facet` nearest to `x`.
@@ -127,36 +144,42 @@ impl Boundary {
         Foot { facet, barycentric, position: facet::point(&corners, &barycentric) }
     }
 
-    /// The first point beyond `t > after` where the ray `origin + t direction` meets the boundary, with its `t`.
+    /// The first point beyond `t > after` where the ray `origin + t direction` meets the boundary, with its `t`. The search is short where the facet that
+    /// `hint` names is met soon.
     pub fn first_meeting<const D: usize>(
         &self,
         source: &[[f64; D]],
         origin: &[f64; D],
         direction: &[f64; D],
         after: f64,
+        hint: Option<usize>,
     ) -> Option<(f64, Foot<D>)> {
         let mut best: Option<(f64, usize, [f64; D])> = None;
+        let mut look_at = |facet: usize| {
+            if let Some((t, b)) = facet::meet(&self.corners(source, facet), origin, direction)
+                && t > after
+                && best.is_none_or(|(best_t, best_facet, _)| (t, facet) < (best_t, best_facet))
+            {
+                best = Some((t, facet, b));
+            }
+            best.map_or(f64::INFINITY, |(t, ..)| t)
+        };
+        let mut bound = hint.map_or(f64::INFINITY, &mut look_at);
+        let inverse = direction.map(|c| 1.0 / c);
         let mut stack = Stack::new();
-        stack.push(0);
-        while let Some(at) = stack.pop() {
+        stack.push(0, 0.0);
+        while let Some((at, _)) = stack.pop() {
             let node = &self.nodes[at];
-            let bound = best.map_or(f64::INFINITY, |(t, ..)| t);
-            if !node.is_met(origin, direction, after, bound) {
+            if !node.is_met(origin, &inverse, after, bound) {
                 continue;
             }
             if node.second == 0 {
                 for &facet in &self.order[node.from as usize..node.to as usize] {
-                    let facet = facet as usize;
-                    if let Some((t, b)) = facet::meet(&self.corners(source, facet), origin, direction)
-                        && t > after
-                        && best.is_none_or(|(best_t, best_facet, _)| (t, facet) < (best_t, best_facet))
-                    {
-                        best = Some((t, facet, b));
-                    }
+                    bound = look_at(facet as usize);
                 }
             } else {
-                stack.push(node.second as usize);
-                stack.push(at + 1);
+                stack.push(node.second as usize, 0.0);
+                stack.push(at + 1, 0.0);
             }
         }
         best.map(|(t, facet, barycentric)| {
@@ -248,56 +271,73 @@ impl Boundary {
 }
 
 impl Node {
+    #[inline]
     fn distance_squared<const D: usize>(&self, x: &[f64; D]) -> f64 {
         let mut sum = 0.0;
         for i in 0..D {
-            let off = (self.lower[i] - x[i]).max(x[i] - self.upper[i]).max(0.0);
+            let off = larger(larger(self.lower[i] - x[i], x[i] - self.upper[i]), 0.0);
             sum += off * off;
         }
         // A facet's distance is rounded otherwise than its box's: do not cut off what is equally near.
         sum * (1.0 - 1e-12)
     }
 
-    /// Whether `origin + t direction` meets the box, a little widened, for a `t` in `from..=to`.
-    fn is_met<const D: usize>(&self, origin: &[f64; D], direction: &[f64; D], from: f64, to: f64) -> bool {
-        let widest = (0..D).map(|i| self.upper[i] - self.lower[i]).fold(0.0, f64::max);
+    /// Whether `origin + t direction` meets the box, a little widened, for a `t` in `from..=to`. `inverse` has one over each component of the direction; an
+    /// infinite one makes the two bounds of its axis infinite, of one sign where the origin is outside.
+    #[inline]
+    fn is_met<const D: usize>(&self, origin: &[f64; D], inverse: &[f64; D], from: f64, to: f64) -> bool {
+        let mut widest = 0.0;
+        for i in 0..D {
+            widest = larger(widest, self.upper[i] - self.lower[i]);
+        }
         let margin = 1e-8 * widest;
         let (mut from, mut to) = (from, to * (1.0 + 1e-8));
         for i in 0..D {
             let (low, high) = (self.lower[i] - margin - origin[i], self.upper[i] + margin - origin[i]);
-            if direction[i] == 0.0 {
-                if low > 0.0 || high < 0.0 {
-                    return false;
-                }
-            } else {
-                let (a, b) = (low / direction[i], high / direction[i]);
-                from = from.max(a.min(b));
-                to = to.min(a.max(b));
-            }
+            // On the very edge of a widened box the product of zero and infinity is no number, and the box may be missed: nothing in it is met there.
+            let (a, b) = (low * inverse[i], high * inverse[i]);
+            from = larger(from, smaller(a, b));
+            to = smaller(to, larger(a, b));
         }
         from <= to
     }
 }
 
-/// Nodes still to be looked at.
+/// One instruction, other than [`f64::max`], which has to mind what is no number.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+#[inline]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// Nodes still to be looked at, and the distance squared (m²) of each where it is known.
 struct Stack {
-    nodes: [usize; DEPTH],
+    nodes: [u32; DEPTH],
+    distances: [f64; DEPTH],
     length: usize,
 }
 
 impl Stack {
+    #[inline]
     fn new() -> Self {
-        Self { nodes: [0; DEPTH], length: 0 }
+        Self { nodes: [0; DEPTH], distances: [0.0; DEPTH], length: 0 }
     }
 
-    fn push(&mut self, node: usize) {
-        self.nodes[self.length] = node;
+    #[inline]
+    fn push(&mut self, node: usize, distance: f64) {
+        self.nodes[self.length] = node as u32;
+        self.distances[self.length] = distance;
         self.length += 1;
     }
 
-    fn pop(&mut self) -> Option<usize> {
+    #[inline]
+    fn pop(&mut self) -> Option<(usize, f64)> {
         self.length = self.length.checked_sub(1)?;
-        Some(self.nodes[self.length])
+        Some((self.nodes[self.length] as usize, self.distances[self.length]))
     }
 }
 
@@ -343,7 +383,7 @@ mod tests {
             let x = [1.3 * (0.7 * k as f64).sin(), 1.1 * (1.3 * k as f64).cos()];
             let all = (0..count).map(|f| (distance_squared(&boundary.foot(&source, f, &x).position, &x), f));
             let best = all.min_by(|a, b| a.partial_cmp(b).unwrap()).unwrap();
-            let (foot, distance) = boundary.nearest(&source, &x);
+            let (foot, distance) = boundary.nearest(&source, &x, None);
             assert_eq!((distance, foot.facet), best);
             let direction = [(k as f64).cos(), (k as f64).sin()];
             let meetings = (0..count).filter_map(|f| {
@@ -351,7 +391,7 @@ mod tests {
                 (t > 0.1).then_some((t, f))
             });
             let first = meetings.min_by(|a, b| a.partial_cmp(b).unwrap());
-            let found = boundary.first_meeting(&source, &x, &direction, 0.1);
+            let found = boundary.first_meeting(&source, &x, &direction, 0.1, None);
             assert_eq!(found.map(|(t, foot)| (t, foot.facet)), first);
         }
     }

@@ -36,6 +36,22 @@ pub(super) fn nearest<const D: usize>(vertices: &[[f64; D]; D], x: &[f64; D]) ->
     b
 }
 
+/// Whether `x` is certainly off the end of a segment: the line from the nearest point to it is not perpendicular to the segment by an angle of more than 1e-5.
+/// Costs no division. Of a triangle it is never certain.
+pub(super) fn is_beside<const D: usize>(vertices: &[[f64; D]; D], x: &[f64; D]) -> bool {
+    if D != 2 {
+        return false;
+    }
+    let e = minus(&vertices[1], &vertices[0]);
+    let (before, beyond) = (minus(x, &vertices[0]), minus(x, &vertices[1]));
+    let along = if dot(&e, &before) < 0.0 {
+        dot(&before, &e).powi(2) - 1e-10 * dot(&before, &before) * dot(&e, &e)
+    } else {
+        dot(&beyond, &e).max(0.0).powi(2) - 1e-10 * dot(&beyond, &beyond) * dot(&e, &e)
+    };
+    along > 0.0
+}
+
 /// Where the line `origin + t direction` meets the facet's plane inside the facet: `t` and the point. None if it is parallel or outside.
 pub(super) fn meet<const D: usize>(
     vertices: &[[f64; D]; D],
@@ -118,6 +134,20 @@ mod tests {
         assert_eq!(nearest(&TRIANGLE, &[2.0, 2.0, 0.0]), [0.0, 0.5, 0.5]);
         assert_eq!(nearest(&TRIANGLE, &[-1.0, -1.0, 0.0]), [1.0, 0.0, 0.0]);
         assert_eq!(nearest(&TRIANGLE, &[1.0, -1.0, 0.0]), [0.5, 0.5, 0.0]);
+    }
+
+    #[test]
+    fn what_is_off_the_end_of_a_segment_is_beside_it() {
+        for (x, beside) in [
+            ([0.5, 4.0], true),
+            ([3.5, 1.0], true),
+            ([1.0, 4.0], false),
+            ([2.0, 1.0], false),
+            ([3.0, -1.0], false),
+        ] {
+            assert_eq!(is_beside(&SEGMENT, &x), beside, "{x:?}");
+        }
+        assert!(!is_beside(&TRIANGLE, &[-1.0, -1.0, 1.0]));
     }
 
     #[test]

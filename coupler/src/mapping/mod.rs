@@ -25,12 +25,13 @@
 //! A row's weights were counted between lattices in the plane. On points scattered about a lattice of spacing 1/80 a wave of length one was mapped
 //! with root mean square errors of 1.5e-2, 4.0e-4 and, by radial basis functions, 4.0e-5.
 //!
-//! Weights are worked out and applied by one thread, in a fixed order: results do not depend on the number of threads. Nothing is allocated in
-//! applying a mapping; in rebuilding it, the storage of the last but one is used again.
+//! Weights are applied by one thread; those of the last two methods are worked out by as many as [`Mapping::use_threads`] allows, each for a part of the
+//! targets: results do not depend on their number. Nothing is allocated in applying a mapping; in rebuilding it, the storage of the last but one is used again.
 //!
 //! Start at [`Mapping`]; then a file for each method. Nothing here knows a participant or a field's meaning, but for
 //! [`Mapping::conservative_per_volume`].
 
+mod basis;
 mod boundary;
 mod cell_grid;
 mod error;
@@ -38,6 +39,7 @@ mod facet;
 mod nearest_neighbour;
 mod nearest_neighbour_gradient;
 mod nearest_projection;
+mod parts;
 mod radial_basis;
 mod rows;
 mod semidefinite;
@@ -90,6 +92,7 @@ pub struct Settings {
 pub struct Mapping {
     dimension: usize,
     reach: f64,
+    threads: usize,
     method: Scratch,
     weights: CsMat<f64>,
     /// The rows of the next update; their memory is swapped with that of `weights`.
@@ -128,10 +131,15 @@ impl Mapping {
                 Scratch::RadialBasis(Box::new(RadialBasis::new(points_per_cluster)))
             }
         };
-        let mut mapping =
-            Self { dimension, reach, method, weights: CsMat::zero((0, 0)), rows: Rows::default() };
+        let (weights, rows) = (CsMat::zero((0, 0)), Rows::default());
+        let mut mapping = Self { dimension, reach, threads: 1, method, weights, rows };
         mapping.update(source, target)?;
         Ok(mapping)
+    }
+
+    /// Lets [`Mapping::update`] work with so many threads; with one, where nothing is said.
+    pub fn use_threads(&mut self, threads: usize) {
+        self.threads = threads;
     }
 
     /// Builds the mapping anew for points that moved, in the memory that it has. The result is that of [`Mapping::build`], to the bit.
@@ -154,12 +162,12 @@ impl Mapping {
             return Err(MappingError::NoSource { targets: target.len() });
         }
         if !target.is_empty() {
-            let (reach, rows) = (self.reach, &mut self.rows);
+            let (reach, threads, rows) = (self.reach, self.threads, &mut self.rows);
             match &mut self.method {
                 Scratch::NearestNeighbour(method) => method.fill(source, target, reach, rows),
                 Scratch::NearestNeighbourGradient(method) => method.fill(source, target, reach, rows),
-                Scratch::NearestProjection(method) => method.fill(source, target, reach, rows),
-                Scratch::RadialBasis(method) => method.fill(source, target, reach, rows),
+                Scratch::NearestProjection(method) => method.fill(source, target, reach, threads, rows),
+                Scratch::RadialBasis(method) => method.fill(source, target, reach, threads, rows),
             }?;
         }
         self.rows.swap_into(&mut self.weights, source.len());

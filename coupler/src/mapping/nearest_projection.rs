@@ -31,13 +31,23 @@ use super::boundary::{Boundary, Foot};
 use super::cell_grid::{bounds, distance_squared};
 use super::error::MappingError;
 use super::facet;
+use super::parts::Parts;
 use super::rows::Rows;
 use super::semidefinite::{dot, minus};
+use std::ops::Range;
 
 /// The boundary and its tree.
 #[derive(Clone, Debug)]
 pub(super) struct NearestProjection {
     boundary: Boundary,
+    parts: Parts<()>,
+}
+
+/// Facets where searches begin.
+#[derive(Clone, Copy, Default)]
+struct Hint {
+    near: Option<usize>,
+    far: Option<usize>,
 }
 
 /// A line through the target from near foot to far foot.
@@ -51,7 +61,7 @@ struct Chord<const D: usize> {
 impl NearestProjection {
     /// Facets of `dimension` vertices each, by number of source point.
     pub fn new(facets: Vec<usize>, dimension: usize) -> Result<Self, MappingError> {
-        Ok(Self { boundary: Boundary::new(facets, dimension)? })
+        Ok(Self { boundary: Boundary::new(facets, dimension)?, parts: Parts::default() })
     }
 
     /// Gathers a row for each target. All points are finite.
@@ -60,6 +70,7 @@ impl NearestProjection {
         source: &[[f64; D]],
         target: &[[f64; D]],
         reach: f64,
+        threads: usize,
         rows: &mut Rows,
     ) -> Result<(), MappingError> {
         self.boundary.update(source)?;
@@ -67,19 +78,41 @@ impl NearestProjection {
         // Rounding error of a coordinate, some times over: nearer than this is on the boundary.
         let rounding =
             16.0 * f64::EPSILON * (0..D).map(|i| lower[i].abs().max(upper[i].abs())).fold(0.0, f64::max);
-        for (point, x) in target.iter().enumerate() {
-            let (foot, squared) = self.boundary.nearest(source, x);
+        let mut parts = std::mem::take(&mut self.parts);
+        let gathered = parts.gather(target.len(), threads, rows, |part, (), rows| {
+            self.fill_part(source, target, part, reach, rounding, rows)
+        });
+        self.parts = parts;
+        gathered
+    }
+
+    fn fill_part<const D: usize>(
+        &self,
+        source: &[[f64; D]],
+        target: &[[f64; D]],
+        part: Range<usize>,
+        reach: f64,
+        rounding: f64,
+        rows: &mut Rows,
+    ) -> Result<(), MappingError> {
+        // Targets come in an order in which one is mostly near the next: what was found for the last one is where the search begins.
+        let mut last = Hint::default();
+        for point in part {
+            let x = &target[point];
+            let (foot, squared) = self.boundary.nearest(source, x, last.near);
+            last.near = Some(foot.facet);
             let distance = squared.sqrt();
             if distance <= rounding {
                 self.add(&foot, 1.0, rows);
             } else {
-                let chord = self.chord_inside(source, x, foot, rounding);
+                let chord = self.chord_inside(source, x, foot, rounding, last.far);
                 if chord.is_none() && distance > reach {
                     return Err(MappingError::OutOfReach { point, position: x.to_vec(), distance, reach });
                 }
                 let chord = chord
                     .or_else(|| self.chord_outside(source, x, foot))
                     .ok_or_else(|| MappingError::NoFarSide { point, position: x.to_vec(), distance })?;
+                last.far = Some(chord.far.facet);
                 self.add_chord(x, &chord, rows);
             }
             rows.end_row();
@@ -107,18 +140,23 @@ impl NearestProjection {
         x: &[f64; D],
         nearest: Foot<D>,
         rounding: f64,
+        hint: Option<usize>,
     ) -> Option<Chord<D>> {
-        let mut best = self.chord_from(source, x, nearest, rounding);
+        let tried = nearest.facet;
+        let mut best = self.chord_from(source, x, nearest, rounding, hint);
         // A chord is drawn from its nearer foot, so that of a better one is nearer than the root of the best product. In the middle plane of a plate
         // both feet are equally near, up to rounding.
         let limit = |chord: &Chord<D>| (1.0 + 1e-9) * chord.product;
         let bound = best.as_ref().map_or(f64::INFINITY, limit);
         self.boundary.visit_near(x, bound, |facet, bound| {
+            if facet == tried || facet::is_beside(&self.boundary.corners(source, facet), x) {
+                return bound;
+            }
             let foot = self.boundary.foot(source, facet, x);
             let squared = distance_squared(&foot.position, x);
             if squared <= bound
                 && is_perpendicular(&self.boundary.corners(source, facet), &foot, x)
-                && let Some(chord) = self.chord_from(source, x, foot, rounding)
+                && let Some(chord) = self.chord_from(source, x, foot, rounding, hint)
                 && squared <= limit(&chord)
                 && best.as_ref().is_none_or(|b| (chord.product, facet) < (b.product, b.near.facet))
             {
@@ -136,12 +174,13 @@ impl NearestProjection {
         x: &[f64; D],
         near: Foot<D>,
         rounding: f64,
+        hint: Option<usize>,
     ) -> Option<Chord<D>> {
         let (direction, distance) = self.direction(source, x, &near);
         if distance <= rounding {
             return None;
         }
-        let (t, far) = self.boundary.first_meeting(source, x, &direction, 0.0)?;
+        let (t, far) = self.boundary.first_meeting(source, x, &direction, 0.0, hint)?;
         self.leaves(source, &far, &direction).then_some(Chord { product: distance * t, near, far })
     }
 
@@ -157,7 +196,7 @@ impl NearestProjection {
         // Facets that meet in the foot are met at zero, up to rounding.
         let corners = self.boundary.corners(source, near.facet);
         let after = 1e-7 * distance_squared(&corners[1], &corners[0]).sqrt();
-        let (t, far) = self.boundary.first_meeting(source, &near.position, &direction, after)?;
+        let (t, far) = self.boundary.first_meeting(source, &near.position, &direction, after, None)?;
         self.leaves(source, &far, &direction).then_some(Chord {
             product: distance * (distance + t),
             near,
@@ -192,7 +231,7 @@ impl NearestProjection {
     }
 }
 
-/// Whether the line from `foot` to `x` is perpendicular to the facet, up to an angle of 1e-6.
+/// Whether the line from `foot` to `x` is perpendicular to the facet, up to an angle of 1e-6; [`facet::is_beside`] is sure that it is not.
 fn is_perpendicular<const D: usize>(corners: &[[f64; D]; D], foot: &Foot<D>, x: &[f64; D]) -> bool {
     let off = minus(x, &foot.position);
     let normal = facet::normal(corners);

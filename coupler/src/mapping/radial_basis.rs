@@ -18,15 +18,17 @@
 //! its square at least. (H. Wendland, Scattered Data Approximation, 2005, table 9.1 and section 15.4; polynomial apart from the basis functions:
 //! F. Lindner, M. Mehl, B. Uekermann, Radial basis function interpolation for black-box multi-physics simulations, 2017.)
 //!
-//! Smooth (but where a cluster is left out for a target that it does not determine) and the most accurate of the methods, at a
-//! factorisation for each cluster when points move.
+//! Smooth (but where a cluster is left out for a target that it does not determine) and the most accurate of the methods, at an inverse matrix for
+//! each cluster and a product with it for each target in it when points move. [`super::basis`] has the arithmetic.
 
+use super::basis::{Basis, LANES, Quality, invert, wendland_c2};
 use super::cell_grid::{CellGrid, distance_squared};
 use super::error::MappingError;
 use super::nearest_neighbour::{POINTS_PER_CELL, out_of_reach};
 use super::nearest_neighbour_gradient::typical_distance;
+use super::parts::Parts;
 use super::rows::Rows;
-use super::semidefinite::{dot, minus, solve};
+use super::semidefinite::{dot, minus};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -40,34 +42,28 @@ const AMPLIFICATION: f64 = 256.0;
 /// far above.
 const INCONSISTENCY: f64 = 1e-11;
 
-/// Source points of a ball with their factorised matrix.
+/// Source points of a ball with their inverse matrix. Arrays over its points have a stride, see [`super::basis`].
 #[derive(Clone, Debug)]
 struct Cluster {
     points: Range<usize>,
-    factor: Range<usize>,
+    /// Points with the zeros behind them.
+    stride: usize,
+    /// First of its positions from the mean, of its ones, and of its inverse matrix.
+    data: usize,
     /// Mean position, from which the polynomial counts.
     mean: [f64; 3],
     /// `Σ d dᵀ` of the positions from the mean.
     spread: [[f64; 3]; 3],
 }
 
-/// The clusters that targets asked for, and scratch.
+/// The source points in cells, and the clusters of each part of the targets.
 #[derive(Clone, Debug)]
 pub(super) struct RadialBasis {
     points_per_cluster: usize,
     grid: CellGrid,
     distances: Vec<f64>,
     samples: Vec<f64>,
-    /// Cluster of a lattice node. Looked up only: its order has no say.
-    cluster_of: HashMap<[i64; 3], usize>,
-    clusters: Vec<Cluster>,
-    /// Source points of all clusters, cluster by cluster.
-    points: Vec<usize>,
-    /// Cholesky factors of all clusters, lower triangles row by row.
-    factors: Vec<f64>,
-    weights: Vec<f64>,
-    /// `(cluster, φ, first of its weights)` of the target at hand.
-    shares: Vec<(usize, f64, usize)>,
+    parts: Parts<Clusters>,
 }
 
 impl RadialBasis {
@@ -78,12 +74,7 @@ impl RadialBasis {
             grid: CellGrid::default(),
             distances: Vec::new(),
             samples: Vec::new(),
-            cluster_of: HashMap::new(),
-            clusters: Vec::new(),
-            points: Vec::new(),
-            factors: Vec::new(),
-            weights: Vec::new(),
-            shares: Vec::new(),
+            parts: Parts::default(),
         }
     }
 
@@ -93,20 +84,66 @@ impl RadialBasis {
         source: &[[f64; D]],
         target: &[[f64; D]],
         reach: f64,
+        threads: usize,
         rows: &mut Rows,
     ) -> Result<(), MappingError> {
-        self.grid.rebuild(source, POINTS_PER_CELL);
+        let Self { points_per_cluster, grid, distances, samples, parts } = self;
+        grid.rebuild(source, POINTS_PER_CELL);
+        let count = (*points_per_cluster).max(D + 1);
+        let radius = typical_distance(grid, source, count, distances, samples);
+        // A single source point has no spacing.
+        let radius = if radius > 0.0 { radius } else { 1.0 };
+        let sources = Sources { grid, positions: source, radius };
+        parts.gather(target.len(), threads, rows, |part, clusters, rows| {
+            clusters.fill(sources, target, part, reach, rows)
+        })
+    }
+}
+
+/// Where clusters take their points from.
+#[derive(Clone, Copy)]
+struct Sources<'a, const D: usize> {
+    grid: &'a CellGrid,
+    positions: &'a [[f64; D]],
+    /// Of a cluster (m).
+    radius: f64,
+}
+
+/// The clusters that targets asked for, and scratch.
+#[derive(Clone, Debug, Default)]
+struct Clusters {
+    /// Cluster of a lattice node. Looked up only: its order has no say.
+    cluster_of: HashMap<[i64; 3], usize>,
+    clusters: Vec<Cluster>,
+    /// Source points of all clusters, cluster by cluster.
+    points: Vec<usize>,
+    /// Of each cluster an array of positions from its mean for each coordinate, one of ones, and a row a point of the inverse matrix.
+    data: Vec<f64>,
+    /// Values of the functions at a target.
+    values: Vec<f64>,
+    weights: Vec<f64>,
+    /// `(cluster, φ, first of its weights)` of the target at hand.
+    shares: Vec<(usize, f64, usize)>,
+}
+
+impl Clusters {
+    fn fill<const D: usize>(
+        &mut self,
+        sources: Sources<D>,
+        target: &[[f64; D]],
+        part: Range<usize>,
+        reach: f64,
+        rows: &mut Rows,
+    ) -> Result<(), MappingError> {
         self.cluster_of.clear();
         self.clusters.clear();
         self.points.clear();
-        self.factors.clear();
-        let count = self.points_per_cluster.max(D + 1);
-        let radius = typical_distance(&self.grid, source, count, &mut self.distances, &mut self.samples);
-        // A single source point has no spacing.
-        let radius = if radius > 0.0 { radius } else { 1.0 };
-        for (point, x) in target.iter().enumerate() {
-            self.grid.nearest(x, reach).ok_or_else(|| out_of_reach(&self.grid, point, x, reach))?;
-            let looked_at = self.share(source, x, radius)?;
+        self.data.clear();
+        let grid = sources.grid;
+        for point in part {
+            let x = &target[point];
+            grid.nearest(x, reach).ok_or_else(|| out_of_reach(grid, point, x, reach))?;
+            let looked_at = self.share(sources, x)?;
             if self.shares.is_empty() {
                 return Err(MappingError::Degenerate { point, position: x.to_vec(), sources: looked_at });
             }
@@ -122,12 +159,8 @@ impl RadialBasis {
     }
 
     /// Gathers the shares of the clusters around `x` that determine a linear field there; returns how many points the fullest has.
-    fn share<const D: usize>(
-        &mut self,
-        source: &[[f64; D]],
-        x: &[f64; D],
-        radius: f64,
-    ) -> Result<usize, MappingError> {
+    fn share<const D: usize>(&mut self, sources: Sources<D>, x: &[f64; D]) -> Result<usize, MappingError> {
+        let radius = sources.radius;
         self.shares.clear();
         self.weights.clear();
         let mut looked_at = 0;
@@ -145,10 +178,10 @@ impl RadialBasis {
                     if phi == 0.0 {
                         continue;
                     }
-                    let cluster = self.cluster(source, node, center, radius)?;
+                    let cluster = self.cluster(sources, node, center)?;
                     looked_at = looked_at.max(self.clusters[cluster].points.len());
                     let first = self.weights.len();
-                    if self.weigh(source, cluster, x, radius) {
+                    if self.weigh(cluster, x, radius) {
                         self.shares.push((cluster, phi, first));
                     } else {
                         self.weights.truncate(first);
@@ -162,17 +195,17 @@ impl RadialBasis {
     /// The cluster of a lattice node, made when first asked for.
     fn cluster<const D: usize>(
         &mut self,
-        source: &[[f64; D]],
+        sources: Sources<D>,
         node: [i64; 3],
         center: [f64; D],
-        radius: f64,
     ) -> Result<usize, MappingError> {
+        let Sources { grid, positions: source, radius } = sources;
         if let Some(&cluster) = self.cluster_of.get(&node) {
             return Ok(cluster);
         }
         let first = self.points.len();
         let points = &mut self.points;
-        self.grid.visit_around(&center, radius, |point, x| {
+        grid.visit_around(&center, radius, |point, x| {
             if distance_squared(x, &center) < radius * radius {
                 points.push(point);
             }
@@ -180,87 +213,58 @@ impl RadialBasis {
         points[first..].sort_unstable();
         let members = &points[first..];
         let (mean, spread) = moments(source, members);
-        let first_factor = self.factors.len();
+        let (count, stride) = (members.len(), members.len().next_multiple_of(LANES));
+        let data = self.data.len();
+        self.data.resize(data + (D + 1 + count) * stride, 0.0);
+        let (places, rest) = self.data[data..].split_at_mut(D * stride);
+        let (ones, matrix) = rest.split_at_mut(stride);
         for (i, &a) in members.iter().enumerate() {
-            for &b in &members[..=i] {
-                self.factors
-                    .push(wendland_c2(distance_squared(&source[a], &source[b]).sqrt() / (SUPPORT * radius)));
+            ones[i] = 1.0;
+            for c in 0..D {
+                places[c * stride + i] = source[a][c] - mean[c];
+            }
+            for (j, &b) in members[..=i].iter().enumerate() {
+                let phi = wendland_c2(distance_squared(&source[a], &source[b]).sqrt() / (SUPPORT * radius));
+                (matrix[i * stride + j], matrix[j * stride + i]) = (phi, phi);
             }
         }
-        if let Err(row) = factorise(&mut self.factors[first_factor..], members.len()) {
+        if let Err(row) = invert(matrix, count, stride) {
             let apart = |&&other: &&usize| distance_squared(&source[other], &source[members[row]]);
             let nearest = members[..row].iter().min_by(|a, b| apart(a).total_cmp(&apart(b)));
             let first = *nearest.expect("the first pivot is φ(0) = 1");
             return Err(MappingError::Coincident { first, second: members[row] });
         }
-        self.clusters.push(Cluster {
-            points: first..self.points.len(),
-            factor: first_factor..self.factors.len(),
-            mean,
-            spread,
-        });
+        self.clusters.push(Cluster { points: first..self.points.len(), stride, data, mean, spread });
         self.cluster_of.insert(node, self.clusters.len() - 1);
         Ok(self.clusters.len() - 1)
     }
 
     /// Appends the weights of a cluster for the target; false if they do not reproduce linear fields, or amplify errors.
-    fn weigh<const D: usize>(
-        &mut self,
-        source: &[[f64; D]],
-        cluster: usize,
-        x: &[f64; D],
-        radius: f64,
-    ) -> bool {
-        let cluster = &self.clusters[cluster];
-        let members = &self.points[cluster.points.clone()];
-        if members.len() <= D {
+    fn weigh<const D: usize>(&mut self, cluster: usize, x: &[f64; D], radius: f64) -> bool {
+        let Cluster { points, stride, data, mean, spread } = &self.clusters[cluster];
+        let (count, stride) = (points.len(), *stride);
+        if count <= D {
             return false;
         }
+        let (places, rest) = self.data[*data..].split_at(D * stride);
+        let basis = Basis {
+            places: std::array::from_fn(|c| &places[c * stride..(c + 1) * stride]),
+            points: &rest[..stride],
+            count,
+            inverse: &rest[stride..(1 + count) * stride],
+            spread: std::array::from_fn(|i| std::array::from_fn(|j| spread[i][j])),
+            support: SUPPORT * radius,
+        };
         let first = self.weights.len();
-        self.weights.extend(
-            members.iter().map(|&i| wendland_c2(distance_squared(x, &source[i]).sqrt() / (SUPPORT * radius))),
-        );
-        let weights = &mut self.weights[first..];
-        substitute(&self.factors[cluster.factor.clone()], weights);
-        let mean: [f64; D] = std::array::from_fn(|i| cluster.mean[i]);
-        let spread: [[f64; D]; D] = std::array::from_fn(|i| std::array::from_fn(|j| cluster.spread[i][j]));
-        // Once for the polynomial, once more for the rounding of the first.
-        for _ in 0..2 {
-            let (one, linear) = missing(source, members, weights, &mean, x);
-            let gradient = solve(spread, linear);
-            for (w, &i) in weights.iter_mut().zip(members) {
-                *w += one / members.len() as f64 + dot(&minus(&source[i], &mean), &gradient);
-            }
-        }
-        let (one, linear) = missing(source, members, weights, &mean, x);
-        let amplification: f64 = weights.iter().map(|w| w.abs()).sum();
+        self.weights.resize(first + stride, 0.0);
+        self.values.resize(stride, 0.0);
+        let from_mean = minus(x, &std::array::from_fn(|c| mean[c]));
+        let quality = basis.weigh(&from_mean, &mut self.values, &mut self.weights[first..]);
+        let Quality { one, linear, amplification } = quality;
         one.abs() <= INCONSISTENCY
             && dot(&linear, &linear).sqrt() <= INCONSISTENCY * radius
             && amplification <= AMPLIFICATION
     }
-}
-
-/// Wendland's C² function, positive definite in up to three dimensions.
-fn wendland_c2(q: f64) -> f64 {
-    if q < 1.0 { (1.0 - q).powi(4) * (4.0 * q + 1.0) } else { 0.0 }
-}
-
-/// `1 − Σ w` and `x − x̄ − Σ w (xᵢ − x̄)`.
-fn missing<const D: usize>(
-    source: &[[f64; D]],
-    members: &[usize],
-    weights: &[f64],
-    mean: &[f64; D],
-    x: &[f64; D],
-) -> (f64, [f64; D]) {
-    let (mut one, mut linear) = (1.0, minus(x, mean));
-    for (w, &i) in weights.iter().zip(members) {
-        one -= w;
-        for c in 0..D {
-            linear[c] -= w * (source[i][c] - mean[c]);
-        }
-    }
-    (one, linear)
 }
 
 /// Mean position and `Σ d dᵀ` about it.
@@ -279,66 +283,4 @@ fn moments<const D: usize>(source: &[[f64; D]], members: &[usize]) -> ([f64; 3],
         }
     }
     (mean, spread)
-}
-
-/// Cholesky's `A = L Lᵀ` in place, lower triangle row by row; else the row whose pivot is lost in rounding.
-fn factorise(a: &mut [f64], count: usize) -> Result<(), usize> {
-    /// Rounding errors of a pivot, of a matrix with ones on its diagonal.
-    const LOST: f64 = 1e-13;
-    for i in 0..count {
-        let (above, row) = a.split_at_mut(i * (i + 1) / 2);
-        let row = &mut row[..=i];
-        for j in 0..i {
-            let other = &above[j * (j + 1) / 2..][..=j];
-            let sum: f64 = row[..j].iter().zip(other).map(|(x, y)| x * y).sum();
-            row[j] = (row[j] - sum) / other[j];
-        }
-        let pivot = row[i] - row[..i].iter().map(|x| x * x).sum::<f64>();
-        if pivot <= LOST {
-            return Err(i);
-        }
-        row[i] = pivot.sqrt();
-    }
-    Ok(())
-}
-
-/// Solves `L Lᵀ w = b` in place.
-fn substitute(l: &[f64], b: &mut [f64]) {
-    for i in 0..b.len() {
-        let row = &l[i * (i + 1) / 2..][..=i];
-        let sum: f64 = row[..i].iter().zip(&*b).map(|(x, y)| x * y).sum();
-        b[i] = (b[i] - sum) / row[i];
-    }
-    for i in (0..b.len()).rev() {
-        let row = &l[i * (i + 1) / 2..][..=i];
-        b[i] /= row[i];
-        let value = b[i];
-        for (x, y) in b[..i].iter_mut().zip(row) {
-            *x -= y * value;
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn factors_and_solves_by_hand() {
-        // [[4, 2], [2, 10]] = L Lᵀ with L = [[2, 0], [1, 3]].
-        let mut a = [4.0, 2.0, 10.0];
-        assert_eq!(factorise(&mut a, 2), Ok(()));
-        assert_eq!(a, [2.0, 1.0, 3.0]);
-        let mut b = [8.0, 22.0];
-        substitute(&a, &mut b);
-        assert_eq!(b, [1.0, 2.0]);
-        assert_eq!(factorise(&mut [1.0, 1.0, 1.0], 2), Err(1));
-    }
-
-    #[test]
-    fn wendlands_function_by_hand() {
-        assert_eq!(wendland_c2(0.0), 1.0);
-        assert_eq!(wendland_c2(0.5), 3.0 / 16.0);
-        assert_eq!(wendland_c2(1.0), 0.0);
-    }
 }

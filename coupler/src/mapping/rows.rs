@@ -9,6 +9,9 @@ pub(super) struct Rows {
     columns: Vec<usize>,
     weights: Vec<f64>,
     row: Vec<(usize, f64)>,
+    /// Of the columns around those of the row at hand, which it has, a bit each, and their sums.
+    taken: Vec<u64>,
+    sums: Vec<f64>,
 }
 
 impl Rows {
@@ -26,8 +29,22 @@ impl Rows {
         self.row.push((column, weight));
     }
 
-    /// Ends the row at hand: sorts it, adds up entries of one column in the order in which they came, and drops zeros.
+    /// Ends the row at hand: sorts it, adds up entries of one column in the order in which they came, and leaves out those that are zero.
     pub fn end_row(&mut self) {
+        let columns = self.row.iter().map(|&(column, _)| column);
+        let (low, high) = columns.fold((usize::MAX, 0), |(low, high), c| (low.min(c), high.max(c)));
+        let words = if low <= high { high / 64 - low / 64 + 1 } else { 0 };
+        // A long row is sorted by marking its columns, unless they are too far apart for that.
+        if self.row.len() > 16 && words <= 8 * self.row.len() {
+            self.mark(low / 64 * 64, words);
+        } else {
+            self.sort();
+        }
+        self.row.clear();
+        self.starts.push(self.columns.len());
+    }
+
+    fn sort(&mut self) {
         self.row.sort_by_key(|&(column, _)| column);
         let start = self.columns.len();
         for &(column, weight) in &self.row {
@@ -38,8 +55,39 @@ impl Rows {
                 self.weights.push(weight);
             }
         }
-        self.row.clear();
-        self.starts.push(self.columns.len());
+    }
+
+    /// Sorts the row at hand whose columns are in that number of words of 64 from `first` on.
+    fn mark(&mut self, first: usize, words: usize) {
+        let Self { columns, weights, row, taken, sums, .. } = self;
+        if taken.len() < words {
+            taken.resize(words, 0);
+            sums.resize(64 * words, 0.0);
+        }
+        for &(column, weight) in row.iter().filter(|(_, weight)| *weight != 0.0) {
+            let at = column - first;
+            let bit = 1 << (at % 64);
+            let before = if taken[at / 64] & bit == 0 { 0.0 } else { sums[at] };
+            taken[at / 64] |= bit;
+            sums[at] = before + weight;
+        }
+        for (word, taken) in taken[..words].iter_mut().enumerate() {
+            let mut bits = std::mem::take(taken);
+            while bits != 0 {
+                let at = 64 * word + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                columns.push(first + at);
+                weights.push(sums[at]);
+            }
+        }
+    }
+
+    /// Puts the rows of `other` behind its own.
+    pub fn append(&mut self, other: &Self) {
+        let entries = self.columns.len();
+        self.columns.extend_from_slice(&other.columns);
+        self.weights.extend_from_slice(&other.weights);
+        self.starts.extend(other.starts[1..].iter().map(|start| entries + start));
     }
 
     /// Puts the rows into `matrix` and takes its storage for the next time.
@@ -75,5 +123,21 @@ mod tests {
         rows.swap_into(&mut matrix, 4);
         assert_eq!(matrix.shape(), (2, 4));
         assert_eq!((matrix.indices(), matrix.data()), (&[1, 3][..], &[2.0, 1.5][..]));
+    }
+
+    #[test]
+    fn long_rows_are_sorted_as_short_ones_are() {
+        let (mut marked, mut sorted) = (Rows::default(), Rows::default());
+        for rows in [&mut marked, &mut sorted] {
+            rows.clear();
+            // Each column twice, over three words; two weights that cancel each other and one that is zero among them.
+            for k in 0..60_u32 {
+                let k_in_half = (k % 30) as usize;
+                rows.add(100 + k_in_half * (1 + 98 * (k_in_half % 2)) % 131, f64::from(k) - 20.0);
+            }
+        }
+        marked.end_row();
+        sorted.sort();
+        assert_eq!((marked.columns, marked.weights), (sorted.columns, sorted.weights));
     }
 }

@@ -108,7 +108,9 @@ impl Participants {
             Some(mapping) if timed.describe().role == Role::Structure => {
                 let filling = Filling::of(case, mapping.spacing);
                 let mapped = Mapped::new(timed, mapping.clone(), filling, self.timing.announce());
-                let mapped = mapped.map_err(|e| failed(Role::Structure, "while shaking hands", e))?;
+                let mut mapped = mapped.map_err(|e| failed(Role::Structure, "while shaking hands", e))?;
+                // While weights are made, nobody solves.
+                mapped.use_threads(super::threads(case));
                 // What a mapping makes of finite fields is checked again before it is passed on.
                 Side::new(Box::new(Guarded::new(mapped)))
             }

@@ -114,7 +114,7 @@ impl Implicit {
                 unknowns.residual();
                 self.measures.judge(&unknowns.blocks, &unknowns.y, &unknowns.r, &mut first)
             });
-            let Unknowns { blocks, x, y, r } = unknowns;
+            let Unknowns { blocks, x, y, r, .. } = unknowns;
             pair.residuals.push(residual);
             attempts += 1;
             if residual.converged {
@@ -149,7 +149,7 @@ impl Implicit {
         pair.solve_structure(window)?;
         pair.solve_fluid(window)?;
         pair.take_load(self.enforce);
-        unknowns.y.copy_from_slice(&pair.new_load);
+        unknowns.y.copy_from_slice(pair.new_load());
         Ok(())
     }
 
@@ -163,11 +163,13 @@ impl Implicit {
         let [load, velocity] = [0, 1].map(|block| unknowns.blocks[block].clone());
         pair.load.copy_from_slice(&unknowns.x[load.clone()]);
         pair.start_structure(window)?;
-        pair.start_fluid(window, &unknowns.x[velocity.clone()])?;
+        unknowns.velocity.clear();
+        unknowns.velocity.extend_from_slice(&unknowns.x[velocity.clone()]);
+        pair.start_fluid(window, &mut unknowns.velocity)?;
         pair.finish_structure(window)?;
         pair.finish_fluid(window)?;
         pair.take_load(self.enforce);
-        unknowns.y[load].copy_from_slice(&pair.new_load);
+        unknowns.y[load].copy_from_slice(pair.new_load());
         unknowns.y[velocity].copy_from_slice(&pair.new_velocity);
         Ok(())
     }
@@ -179,6 +181,8 @@ struct Unknowns {
     x: Vec<f64>,
     y: Vec<f64>,
     r: Vec<f64>,
+    /// The velocity of `x`, while the fluid is given it.
+    velocity: Vec<f64>,
 }
 
 impl Unknowns {
@@ -192,7 +196,7 @@ impl Unknowns {
             x.extend_from_slice(&pair.new_velocity);
             blocks.push(n..2 * n);
         }
-        Self { blocks, y: x.clone(), r: vec![0.0; x.len()], x }
+        Self { blocks, y: x.clone(), r: vec![0.0; x.len()], x, velocity: Vec::new() }
     }
 
     /// `r = y − x`.

@@ -22,8 +22,6 @@ pub struct Pair {
     pub structure: Side,
     /// The pressure gradient under which the structure solves (Pa/m).
     pub load: Vec<f64>,
-    /// The pressure gradient that the fluid gave last, after condition (46) (Pa/m).
-    pub new_load: Vec<f64>,
     /// The velocity that the structure's last solution gives the fluid to meet (m/s).
     pub new_velocity: Vec<f64>,
     /// What each iteration of the window at hand left; empty with an explicit scheme.
@@ -34,7 +32,9 @@ pub struct Pair {
     pub announce: Announce,
     /// Why the run ends before its end time, once it does.
     pub ending: Option<String>,
-    /// Whether condition (46) was enforced on it.
+    /// The load that the fluid gave last after condition (46) (Pa/m), where that was enforced on it.
+    enforced_load: Vec<f64>,
+    /// Whether it was.
     enforced: bool,
     /// Which velocity over the window that is.
     structure_velocity: StructureVelocity,
@@ -75,7 +75,7 @@ impl Pair {
         Ok(Self {
             fluid,
             structure,
-            new_load: load.clone(),
+            enforced_load: load.clone(),
             accepted_load: load.clone(),
             load,
             new_velocity,
@@ -97,6 +97,11 @@ impl Pair {
         self.steady_state = Some(SteadyState::new(choice, |quantity| quantity_at(quantity, self)));
     }
 
+    /// The structure's position at the last accepted time (m), if it gives any.
+    pub fn accepted_position(&self) -> Option<&[f64]> {
+        self.accepted_position.as_deref()
+    }
+
     /// The largest window that both sides allow (s).
     pub fn window_limit(&self) -> f64 {
         self.fluid.window_limit.min(self.structure.window_limit)
@@ -110,8 +115,8 @@ impl Pair {
 
     /// The fluid over the window against the motion of the structure's last solution.
     pub fn solve_fluid(&mut self, window: &TimeWindow) -> Result<(), SchemeError> {
-        let velocity = std::mem::take(&mut self.new_velocity);
-        let started = self.start_fluid(window, &velocity);
+        let mut velocity = std::mem::take(&mut self.new_velocity);
+        let started = self.start_fluid(window, &mut velocity);
         self.new_velocity = velocity;
         started?;
         self.finish_fluid(window)
@@ -121,13 +126,12 @@ impl Pair {
     pub fn start_structure(&mut self, window: &TimeWindow) -> Result<(), SchemeError> {
         const WRITTEN: [&str; 2] = [names::PRESSURE_GRADIENT, names::START_PRESSURE_GRADIENT];
         self.structure.receive(&self.fluid.outputs, &WRITTEN);
-        set(&mut self.structure.inputs, names::PRESSURE_GRADIENT, &self.load);
         let start = match self.load_in_window {
             LoadInWindow::Held => &self.load,
             LoadInWindow::Linear => &self.accepted_load,
         };
         set(&mut self.structure.inputs, names::START_PRESSURE_GRADIENT, start);
-        Ok(self.structure.start(window)?)
+        Ok(self.structure.start_with(window, [(names::PRESSURE_GRADIENT, &mut self.load)])?)
     }
 
     /// Waits for the structure, and finds the velocity over the window that the fluid is to meet.
@@ -145,15 +149,16 @@ impl Pair {
     }
 
     /// Starts the fluid against the structure's accepted position, that `velocity` (m/s), and the load of which the motion came.
-    pub fn start_fluid(&mut self, window: &TimeWindow, velocity: &[f64]) -> Result<(), SchemeError> {
+    pub fn start_fluid(&mut self, window: &TimeWindow, velocity: &mut Vec<f64>) -> Result<(), SchemeError> {
         const WRITTEN: [&str; 3] = [names::POSITION, names::VELOCITY, names::HELD_PRESSURE_GRADIENT];
-        self.fluid.receive(&self.structure.outputs, &WRITTEN);
-        if let Some(start) = &self.accepted_position {
-            set(&mut self.fluid.inputs, names::POSITION, start);
-        }
-        set(&mut self.fluid.inputs, names::VELOCITY, velocity);
-        set(&mut self.fluid.inputs, names::HELD_PRESSURE_GRADIENT, &self.load);
-        Ok(self.fluid.start(window)?)
+        let Self { fluid, structure, accepted_position, load, .. } = self;
+        fluid.receive(&structure.outputs, &WRITTEN);
+        let motion = (names::VELOCITY, velocity);
+        let held = (names::HELD_PRESSURE_GRADIENT, load);
+        Ok(match accepted_position {
+            Some(start) => fluid.start_with(window, [(names::POSITION, start), motion, held]),
+            None => fluid.start_with(window, [motion, held]),
+        }?)
     }
 
     /// Waits for the fluid.
@@ -163,22 +168,35 @@ impl Pair {
 
     /// Takes the load that the fluid gave last, and enforces condition (46) on it if told to. [`new_load`](Self::new_load) is the outcome.
     pub fn take_load(&mut self, enforced: bool) {
-        let Self { fluid, structure, volume, new_load, zeros, announce, enforced: was_enforced, .. } = self;
-        announce.during(Phase::Condition46, || {
-            let sent = fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(zeros);
-            new_load.copy_from_slice(sent);
-            *was_enforced =
-                enforced && condition46::enforce(&interface(fluid, structure, volume, zeros), new_load);
-        });
+        let Self { fluid, structure, volume, enforced_load, zeros, announce, enforced: was_enforced, .. } =
+            self;
+        let interface = interface(fluid, structure, volume, zeros);
+        *was_enforced = enforced && interface.reaction.is_some();
+        if *was_enforced {
+            announce.during(Phase::Condition46, || {
+                enforced_load.copy_from_slice(given_load(fluid, zeros));
+                condition46::enforce(&interface, enforced_load);
+            });
+        }
+    }
+
+    /// The pressure gradient that the fluid gave last, after condition (46) (Pa/m).
+    pub fn new_load(&self) -> &[f64] {
+        if self.enforced { &self.enforced_load } else { given_load(&self.fluid, &self.zeros) }
+    }
+
+    /// Makes [`load`](Self::load) that of the last solution of the fluid, relaxed: `g ← r g_new + (1 − r) g`.
+    pub fn relax_load(&mut self, r: f64) {
+        let Self { fluid, load, enforced_load, zeros, enforced, .. } = self;
+        flat::relax(load, if *enforced { enforced_load } else { given_load(fluid, zeros) }, r);
     }
 
     /// Condition (46) on what the fluid gave last, and the resultant of [`load`](Self::load), both with the structure's last motion.
     pub fn condition46(&self) -> (Condition46, Resultant) {
         self.announce.during(Phase::Condition46, || {
             let interface = interface(&self.fluid, &self.structure, &self.volume, &self.zeros);
-            let sent = self.fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(&self.zeros);
-            let passed = self.enforced.then_some(self.new_load.as_slice());
-            condition46::measure(&interface, sent, passed, &self.load)
+            let passed = self.enforced.then_some(self.enforced_load.as_slice());
+            condition46::measure(&interface, given_load(&self.fluid, &self.zeros), passed, &self.load)
         })
     }
 
@@ -194,9 +212,9 @@ impl Pair {
             if self.ending.is_some() { schedule.accept_last(window) } else { schedule.accept(window) };
         self.fluid.accept(window, output)?;
         self.structure.accept(window, output)?;
-        let position = self.structure.outputs.get(names::POSITION);
-        if let (Some(accepted), Some(position)) = (&mut self.accepted_position, position) {
-            accepted.copy_from_slice(position);
+        if let Some(accepted) = &mut self.accepted_position {
+            // The next solution overwrites what stands there then.
+            self.structure.outputs.swap(names::POSITION, accepted);
         }
         if self.load_in_window == LoadInWindow::Linear {
             self.accepted_load.copy_from_slice(&self.load);
@@ -224,6 +242,11 @@ fn quantity_at(quantity: SteadyQuantity, pair: &Pair) -> &[f64] {
         SteadyQuantity::Velocity => motion(names::VELOCITY),
         SteadyQuantity::Load => &pair.load,
     }
+}
+
+/// The load as the fluid gave it last.
+fn given_load<'a>(fluid: &'a Side, zeros: &'a [f64]) -> &'a [f64] {
+    fluid.outputs.get(names::PRESSURE_GRADIENT).unwrap_or(zeros)
 }
 
 fn interface<'a>(fluid: &'a Side, structure: &'a Side, volume: &'a [f64], zeros: &'a [f64]) -> Interface<'a> {

@@ -5,7 +5,6 @@
 //! of a third of the structure's and more it needs the compliance or an implicit scheme.
 
 use super::{Accepted, Onward, Pair, SchemeError};
-use crate::flat;
 use crate::schedule::Schedule;
 
 /// What the case sets of the scheme.
@@ -28,14 +27,14 @@ impl ParallelExplicit {
         let mut velocity = pair.new_velocity.clone();
         while let Some(window) = schedule.next(pair.window_limit()) {
             pair.start_structure(&window)?;
-            pair.start_fluid(&window, &velocity)?;
+            pair.start_fluid(&window, &mut velocity)?;
             pair.finish_structure(&window)?;
             pair.finish_fluid(&window)?;
             pair.take_load(self.enforce);
             let (condition46, applied) = pair.condition46();
 
             let output = pair.accept(&window, schedule)?;
-            flat::relax(&mut pair.load, &pair.new_load, self.relaxation);
+            pair.relax_load(self.relaxation);
             velocity.copy_from_slice(&pair.new_velocity);
             let accepted = Accepted::alone(window, schedule.time(), output).with(condition46, applied);
             if record(&accepted, pair)? == Onward::Stop {

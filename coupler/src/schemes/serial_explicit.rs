@@ -18,7 +18,6 @@
 
 use super::{Accepted, Onward, Pair, SchemeError};
 use crate::condition46::{Condition46, Resultant};
-use crate::flat;
 use crate::schedule::Schedule;
 use interfaces::TimeWindow;
 
@@ -46,7 +45,7 @@ impl SerialExplicit {
                 if self.predict { self.predicted(pair, &window)? } else { self.staggered(pair, &window)? };
             let output = pair.accept(&solution, schedule)?;
             if !self.predict {
-                flat::relax(&mut pair.load, &pair.new_load, self.relaxation);
+                pair.relax_load(self.relaxation);
             }
             let accepted = Accepted::alone(solution, schedule.time(), output).with(condition46, applied);
             if record(&accepted, pair)? == Onward::Stop {
@@ -66,7 +65,7 @@ impl SerialExplicit {
         pair.solve_structure(prediction)?;
         pair.solve_fluid(prediction)?;
         pair.take_load(self.enforce);
-        flat::relax(&mut pair.load, &pair.new_load, self.relaxation);
+        pair.relax_load(self.relaxation);
         let (condition46, applied) = pair.condition46();
         pair.solve_structure(&solution)?;
         Ok((solution, condition46, applied))

@@ -12,9 +12,10 @@ impl<S: Service> Connection<S> {
     /// Copies `values` into shared memory and sends them; wakes the other side if `wake`.
     pub fn send_raw(&mut self, kind: Kind, values: &[f64], wake: bool) -> Result<(), ParticipantError> {
         let failed = |what: String| ParticipantError::Transport { during: "while sending".to_owned(), what };
-        let mut sample = self.publisher.loan_slice(values.len()).map_err(|e| failed(format!("{e:?}")))?;
+        let loaned = self.publisher.loan_slice_uninit(values.len());
+        let mut sample = loaned.map_err(|e| failed(format!("{e:?}")))?;
         sample.user_header_mut().kind = kind as u32;
-        sample.payload_mut().copy_from_slice(values);
+        let sample = sample.write_from_slice(values);
         sample.send().map_err(|e| failed(format!("{e:?}")))?;
         if wake {
             self.notifier.notify().map_err(|e| failed(format!("{e:?}")))?;
