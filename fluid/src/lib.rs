@@ -16,6 +16,7 @@
 //! | load on the structure, reaction, wall forces | (46), (48) | [`interface_load`], [`interface`] |
 //! | motion, shifting, Taylor correction | (19)–(32) | [`shifting`], [`taylor`], [`contact`] |
 //! | energy, momentum, volume | – | [`accounting`] |
+//! | particles kept in order | – | [`order`] |
 //! | periodic sides; walls that move | – | [`period`], [`wall_motion`] |
 //!
 //! [`solver`] holds what a fluid is made of and its stable step, walls come from [`walls`], choices from [`Options`], values at points from [`probes`]. A [`State`] holds all that the next step depends on,
@@ -132,6 +133,7 @@ pub mod interface_load;
 pub mod multigrid;
 pub mod neighbourhood;
 pub mod options;
+pub mod order;
 pub mod participant;
 pub mod period;
 pub mod position_projection;

@@ -19,10 +19,11 @@ pub enum SurfaceClass {
     Splash = 3,
 }
 
-/// Everything the next step depends on. Particle `i` is the same in all arrays; a step may remove particles, never add them.
+/// Everything the next step depends on. Particle `i` is the same in all arrays; a step may remove particles and rearrange them
+/// (see [`order`](crate::order)), never add any.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State<const D: usize> {
-    /// Number of each particle that stays with it when others are removed.
+    /// Number of each particle in the initial state, which stays with it.
     pub ids: Vec<u32>,
     /// Positions (m).
     pub positions: Vec<Vector<D>>,
@@ -49,7 +50,7 @@ pub struct State<const D: usize> {
     pub lost: u64,
 }
 
-const MAGIC: &[u8; 8] = b"mnscflu3";
+const MAGIC: &[u8; 8] = b"mnscflu4";
 
 impl<const D: usize> State<D> {
     /// Particles at rest or moving, without pressure.
@@ -110,6 +111,13 @@ impl<const D: usize> State<D> {
         sieve(&mut self.pressure_accelerations, keep);
         sieve(&mut self.position_potentials, keep);
         self.hierarchy = None;
+    }
+
+    /// Places of the particles in the order of their numbers: for whatever is to be seen in the order of the start.
+    pub fn by_id(&self) -> Vec<u32> {
+        let mut places: Vec<u32> = (0..self.len() as u32).collect();
+        places.sort_unstable_by_key(|&a| self.ids[a as usize]);
+        places
     }
 
     /// The state as bytes (little endian): a restart from them is identical to the bit.

@@ -13,6 +13,7 @@ use crate::error::Error;
 use crate::hierarchy::Origin;
 use crate::interface::{InterfaceInput, StructureSurface};
 use crate::neighbourhood::Neighbourhood;
+use crate::order::ParticleOrder;
 use crate::preconditioner::PressurePreconditioner;
 use crate::pressure_operator::OperatorScratch;
 use crate::solver::Fluid;
@@ -38,7 +39,7 @@ pub enum Stage {
     PressureSolve,
     /// Velocity by pressure, loads.
     VelocityAndLoad,
-    /// Motion, shifting, contact; energy and momentum.
+    /// Motion, shifting, contact; energy and momentum; order.
     MotionAndAccounts,
 }
 
@@ -74,6 +75,7 @@ pub(crate) struct Scratch<const D: usize> {
     contact_impulses: Vec<Vector<D>>,
     pub(crate) wall_forces: Vec<Vector<D>>,
     keep: Vec<bool>,
+    order: ParticleOrder<D>,
 }
 
 impl<const D: usize> Scratch<D> {
@@ -137,6 +139,7 @@ impl<const D: usize> Fluid<D> {
         self.move_particles(accepted, dt, structure, trial, &mut report); // (19), (21)–(32)
         self.account(accepted, time, trial, &mut report)?;
         trial.last_dt = dt;
+        self.scratch.order.keep(trial, &self.properties.domain.0, self.kernel.support());
         done(Stage::MotionAndAccounts);
         Ok(report)
     }
