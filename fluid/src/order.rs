@@ -16,18 +16,22 @@ const DISORDER: f64 = 0.05;
 
 /// Memory for rearranging.
 #[derive(Clone, Debug, Default)]
-pub struct ParticleOrder<const D: usize> {
+pub struct ParticleOrder {
     curve: CurveOrder,
-    vectors: Vec<Vector<D>>,
-    numbers: Vec<f64>,
     ids: Vec<u32>,
     classes: Vec<crate::SurfaceClass>,
 }
 
-impl<const D: usize> ParticleOrder<D> {
+impl ParticleOrder {
     /// Sorts the particles of `state` where its next step makes a hierarchy and their order has decayed; `low` (m) is a corner below
-    /// which there are none, `cell` (m) the width of the curve's cells, within which order does not count.
-    pub fn keep(&mut self, state: &mut State<D>, low: &Vector<D>, cell: f64) {
+    /// which there are none, `cell` (m) the width of the curve's cells, within which order does not count. `vectors` and `numbers` are memory.
+    pub fn keep<const D: usize>(
+        &mut self,
+        state: &mut State<D>,
+        low: &Vector<D>,
+        cell: f64,
+        (vectors, numbers): (&mut Vec<Vector<D>>, &mut Vec<f64>),
+    ) {
         if state.hierarchy.is_some() || self.curve.note(&state.positions, low, cell) <= DISORDER {
             return;
         }
@@ -36,10 +40,10 @@ impl<const D: usize> ParticleOrder<D> {
         self.curve.apply(ids, &mut self.ids);
         self.curve.apply(classes, &mut self.classes);
         for values in [positions, velocities, &mut state.pressure_accelerations] {
-            self.curve.apply(values, &mut self.vectors);
+            self.curve.apply(values, vectors);
         }
         for values in [pressures, &mut state.position_potentials] {
-            self.curve.apply(values, &mut self.numbers);
+            self.curve.apply(values, numbers);
         }
     }
 }

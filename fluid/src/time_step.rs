@@ -20,7 +20,6 @@ use crate::solver::Fluid;
 use crate::state::State;
 use crate::surface::Surface;
 use crate::surface_offset::Outside;
-use crate::viscosity::ViscousScratch;
 use sph::{Matrix, Vector};
 use std::sync::Arc;
 
@@ -63,19 +62,17 @@ pub(crate) struct Scratch<const D: usize> {
     solver: conjugate_gradients::Scratch,
     operator: OperatorScratch<D>,
     known_image: Vec<f64>,
-    viscous: ViscousScratch<D>,
-    viscous_accelerations: Vec<Vector<D>>,
+    viscosities: Vec<f64>,
     predicted: Vec<Vector<D>>,
     predicted_structure: Vec<Vector<D>>,
-    accelerations: Vec<Vector<D>>,
-    difference: Vec<Vector<D>>,
     confidence: Vec<f64>,
     position_shifts: Vec<Vector<D>>,
-    shifts: Vec<Vector<D>>,
+    /// What one stage makes and uses up itself: viscous accelerations, then the difference that Eq. (18) makes, then shifts.
+    passing: Vec<Vector<D>>,
     contact_impulses: Vec<Vector<D>>,
     pub(crate) wall_forces: Vec<Vector<D>>,
     keep: Vec<bool>,
-    order: ParticleOrder<D>,
+    order: ParticleOrder,
 }
 
 impl<const D: usize> Scratch<D> {
@@ -139,7 +136,8 @@ impl<const D: usize> Fluid<D> {
         self.move_particles(accepted, dt, structure, trial, &mut report); // (19), (21)–(32)
         self.account(accepted, time, trial, &mut report)?;
         trial.last_dt = dt;
-        self.scratch.order.keep(trial, &self.properties.domain.0, self.kernel.support());
+        let Scratch { order, passing, right, .. } = &mut self.scratch;
+        order.keep(trial, &self.properties.domain.0, self.kernel.support(), (passing, right));
         done(Stage::MotionAndAccounts);
         Ok(report)
     }
