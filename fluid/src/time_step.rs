@@ -61,8 +61,8 @@ pub(crate) struct Scratch<const D: usize> {
     prepared_for: Option<Arc<Origin<D>>>,
     solver: conjugate_gradients::Scratch,
     operator: OperatorScratch<D>,
-    known_image: Vec<f64>,
-    viscosities: Vec<f64>,
+    /// What one stage makes and uses up itself: viscosities, then what known pressures give.
+    passing_numbers: Vec<f64>,
     predicted: Vec<Vector<D>>,
     predicted_structure: Vec<Vector<D>>,
     confidence: Vec<f64>,
@@ -136,8 +136,8 @@ impl<const D: usize> Fluid<D> {
         self.move_particles(accepted, dt, structure, trial, &mut report); // (19), (21)–(32)
         self.account(accepted, time, trial, &mut report)?;
         trial.last_dt = dt;
-        let Scratch { order, passing, right, .. } = &mut self.scratch;
-        order.keep(trial, &self.properties.domain.0, self.kernel.support(), (passing, right));
+        let Scratch { order, passing, passing_numbers, .. } = &mut self.scratch;
+        order.keep(trial, &self.properties.domain.0, self.kernel.support(), (passing, passing_numbers));
         done(Stage::MotionAndAccounts);
         Ok(report)
     }

@@ -119,9 +119,16 @@ impl<const D: usize> Fluid<D> {
         trial: &mut State<D>,
     ) {
         if accepted.hierarchy.is_none() {
-            let positions = accepted.positions.clone();
-            let structure_positions = structure.positions.to_vec();
-            let origin = Arc::new(Origin { time, dt, positions, structure_positions });
+            let mut origin = self.scratch.prepared_for.take().unwrap_or_default();
+            // The memory of the last one is used again, unless it belongs to a state that someone keeps.
+            if Arc::get_mut(&mut origin).is_none() {
+                origin = Arc::default();
+            }
+            let made_of = Arc::get_mut(&mut origin).expect("nobody else has it yet");
+            (made_of.time, made_of.dt) = (time, dt);
+            made_of.positions.clone_from(&accepted.positions);
+            made_of.structure_positions.clear();
+            made_of.structure_positions.extend_from_slice(structure.positions);
             self.prepare(&origin);
             let kept = self.options.preconditioner == Preconditioner::Multigrid;
             trial.hierarchy = kept.then(|| Hierarchy::new(origin));

@@ -30,7 +30,7 @@ impl<const D: usize> Fluid<D> {
             smoothing_length: self.kernel.smoothing_length(),
             approach_viscosity,
         };
-        viscosity::accelerations(&input, &self.options, &mut s.viscosities, &mut s.passing);
+        viscosity::accelerations(&input, &self.options, &mut s.passing_numbers, &mut s.passing);
         s.contact_impulses.clear();
         s.contact_impulses.resize(self.interface.volumes.len(), Vector::zeros());
         s.wall_forces.clear();
