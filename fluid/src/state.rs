@@ -19,6 +19,13 @@ pub enum SurfaceClass {
     Splash = 3,
 }
 
+impl SurfaceClass {
+    /// The class that `byte` stands for in a saved state.
+    pub fn from_byte(byte: u8) -> Option<Self> {
+        [Self::Interior, Self::NearSurface, Self::Surface, Self::Splash].get(usize::from(byte)).copied()
+    }
+}
+
 /// Everything the next step depends on. Particle `i` is the same in all arrays; a step may remove particles and rearrange them
 /// (see [`order`](crate::order)), never add any.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -181,13 +188,8 @@ impl<const D: usize> State<D> {
         let ids = words(take(4 * n)?).map(u32::from_le_bytes).collect();
         let mut classes = Vec::with_capacity(n);
         for &c in take(n)? {
-            classes.push(match c {
-                0 => SurfaceClass::Interior,
-                1 => SurfaceClass::NearSurface,
-                2 => SurfaceClass::Surface,
-                3 => SurfaceClass::Splash,
-                _ => return Err(Error::Restore(format!("{c} is no surface class"))),
-            });
+            let class = SurfaceClass::from_byte(c);
+            classes.push(class.ok_or_else(|| Error::Restore(format!("{c} is no surface class")))?);
         }
         let mut vectors = || -> Result<Vec<Vector<D>>, Error> {
             let flat: Vec<f64> = words(take(8 * n * D)?).map(f64::from_le_bytes).collect();

@@ -119,7 +119,7 @@ impl<const D: usize> Fluid<D> {
         self.walls.move_to(time, dt);
         let mut report = StepReport { dt, ..StepReport::default() };
 
-        self.find_neighbours(&accepted.positions, structure.positions); //  (1), (5), (17), (25), (26)
+        self.find_neighbours(&accepted.positions, &accepted.classes, structure.positions); //  (1), (5), (17), (25), (26)
         done(Stage::Neighbours);
         self.assemble(); //                                                 (15), (16)
         self.choose_hierarchy(accepted, (time, dt), structure, trial);

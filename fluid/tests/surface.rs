@@ -1,9 +1,9 @@
 //! Free-surface detection on a lattice block.
 
-use fluid::SurfaceClass;
 use fluid::neighbourhood::{Bodies, Neighbourhood};
 use fluid::surface::{Surface, smoothing};
 use fluid::surface_offset;
+use fluid::{Options, SurfaceClass};
 use sph::Vector;
 use sph::kernel::CubicSpline;
 use sph::lattice::Lattice;
@@ -33,7 +33,8 @@ fn detect<const D: usize>(points: &[Vector<D>]) -> (Neighbourhood<D>, Surface<D>
     neighbourhood.update(&kernel, 1.0, 1.0, points, &bodies);
     let mut corrections = Vec::new();
     neighbourhood.corrections(0.25, &mut corrections);
-    surface.detect(&neighbourhood, &corrections, points, (0.8, 0.9), 1.2);
+    let before = vec![SurfaceClass::Interior; points.len()];
+    surface.detect(&neighbourhood, &corrections, points, &before, &Options::default(), 1.2);
     (neighbourhood, surface)
 }
 
