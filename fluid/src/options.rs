@@ -153,7 +153,7 @@ impl Default for Options {
             scheme: Scheme::EnergyConsistent,
             smoothing_ratio: 1.2,
             surface_thresholds: (0.8, 0.9),
-            surface_hysteresis: 0.05,
+            surface_hysteresis: 0.04,
             laplacian_share: 0.1,
             regularisation: 1e-6,
             pocket_regularisation: 1e-2,
