@@ -33,7 +33,7 @@ pub(super) struct Row {
     /// The diagonal `a_ii`.
     pub diagonal: f64,
     /// The smoother's step for a unit residual: `0.94/max(a_ii, ½ Σ_j |a_ij|)`, where the maximum keeps the eigenvalues of
-    /// `D⁻¹A` at or below two (Gershgorin); `1/a_ii` in a row without couplings, and zero in an empty one.
+    /// `D⁻¹A` at or below two (Gershgorin); `1/a_ii` in a row without couplings, and zero in an empty one; rounded.
     pub step: f32,
     /// The magnitude of the strongest coupling.
     pub strongest: f32,
