@@ -79,15 +79,16 @@
 //! # What a step costs
 //!
 //! Measured with `examples/step_cost.rs` on a column that collapses (0.24 s at 2,300 and 9,000 particles, 0.10 s at 50,000, its very beginning at 500,000), each
-//! step three times, the least time of each stage, on a machine of two cores that was busy otherwise, with a copy bandwidth of 31 to 38 GB/s on one thread and up to 64 on two.
+//! step three times, the least time of each stage, on a machine of two cores that was busy otherwise, with a copy bandwidth of 31 to 38 GB/s on one thread and up to 64 on two. Iterations and memory are the present
+//! code's; the times were taken before particles were sorted and the preconditioner followed diagonals, with up to 0.9 iterations more, and have not been taken again on a machine as quiet.
 //!
 //! | µs a particle and step, one thread / two | 2,300 | 9,000 | 50,000 | 500,000 |
 //! |---|---|---|---|---|
 //! | tolerance 1e-3 | 1.16 / 0.72 | 1.18 / 0.66 | 1.44 / 0.74 | 1.15 / 0.67 |
-//! | its iterations, pressure and positions | 6.9, 1.9 | 6.3, 1.2 | 6.0, 1.1 | 2.0, 1.0 |
+//! | its iterations, pressure and positions | 6.0, 3.2 | 6.1, 1.1 | 6.0, 1.2 | 2.0, 2.0 |
 //! | tolerance 1e-6 | 1.50 / 0.96 | 1.59 / 0.89 | 2.05 / 1.05 | 1.98 / 1.03 |
-//! | its iterations | 13.3, 1.6 | 13.1, 1.2 | 13.0, 1.2 | 9.0, 1.0 |
-//! | memory (kB a particle) | 1.9 | 1.49 | 1.41 | 1.37 |
+//! | its iterations | 13.0, 3.3 | 13.0, 1.2 | 12.7, 1.2 | 9.0, 2.0 |
+//! | memory (kB a particle) | 1.66 | 1.39 | 1.22 | 1.20 |
 //!
 //! A dam that has broken and splashed for 2.4 s (8,800 particles, 9.2 and 3.3 iterations, 0.28 hierarchies a step) takes 1.75 µs and 1.41 kB. With other load on the second core
 //! two threads gain less: 1.1 to 1.5 at 2,300 particles instead of 1.6.
