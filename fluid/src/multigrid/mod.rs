@@ -205,7 +205,7 @@ fn cycle(levels: &mut [Level], coarsest: &Cholesky, right: &[f64], x: &mut [f64]
     } else {
         let x = &*x;
         for_rows(SUMMED, smoothed, |i, v| {
-            *v = x[i] + f64::from(matrix.rows[i].step) * matrix.residual(i, right, x)
+            *v = x[i] + f64::from(matrix.rows[i].step) * matrix.residual(i, right, x);
         });
     }
     if let [next, ..] = coarser {
