@@ -6,6 +6,7 @@
 //! The iterations' rounding depends on the hierarchy, so a [`State`](crate::State) knows which one its next step takes: not the matrices but [`Origin`], what
 //! they were made of. A step whose memory holds another hierarchy (after a restart, say) makes it again from there, the same to the bit.
 
+use crate::state::SurfaceClass;
 use sph::Vector;
 use std::sync::Arc;
 
@@ -22,6 +23,8 @@ pub struct Origin<const D: usize> {
     pub dt: f64,
     /// Fluid particles (m).
     pub positions: Vec<Vector<D>>,
+    /// Their classes as they had been.
+    pub classes: Vec<SurfaceClass>,
     /// Interface particles (m).
     pub structure_positions: Vec<Vector<D>>,
 }
@@ -52,7 +55,7 @@ impl<const D: usize> Hierarchy<D> {
 
     /// The hierarchy as bytes (little endian).
     pub fn to_bytes(&self) -> Vec<u8> {
-        let Origin { time, dt, positions, structure_positions } = &*self.origin;
+        let Origin { time, dt, positions, classes, structure_positions } = &*self.origin;
         let mut bytes = Vec::new();
         for n in [self.fewest, self.lost, positions.len(), structure_positions.len()] {
             bytes.extend_from_slice(&(n as u64).to_le_bytes());
@@ -61,6 +64,7 @@ impl<const D: usize> Hierarchy<D> {
         for x in [time, dt].into_iter().chain(points) {
             bytes.extend_from_slice(&x.to_le_bytes());
         }
+        bytes.extend(classes.iter().map(|class| *class as u8));
         bytes
     }
 
@@ -68,11 +72,13 @@ impl<const D: usize> Hierarchy<D> {
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let (head, rest) = bytes.split_at_checked(32)?;
         let head: Vec<usize> = words(head).map(|w| u64::from_le_bytes(w) as usize).collect();
-        let numbers: Vec<f64> = words(rest).map(f64::from_le_bytes).collect();
         let [fewest, lost, fluid, structure] = head[..] else { return None };
-        if rest.len() != 8 * (2 + D * fluid.checked_add(structure)?) {
+        let (rest, classes) = rest.split_at_checked(8 * (2 + D * fluid.checked_add(structure)?))?;
+        if classes.len() != fluid {
             return None;
         }
+        let classes = classes.iter().map(|&class| SurfaceClass::from_byte(class)).collect::<Option<_>>()?;
+        let numbers: Vec<f64> = words(rest).map(f64::from_le_bytes).collect();
         let points = |range: std::ops::Range<usize>| {
             numbers[2 + D * range.start..2 + D * range.end]
                 .chunks_exact(D)
@@ -80,7 +86,7 @@ impl<const D: usize> Hierarchy<D> {
                 .collect()
         };
         let (positions, structure_positions) = (points(0..fluid), points(fluid..fluid + structure));
-        let origin = Origin { time: numbers[0], dt: numbers[1], positions, structure_positions };
+        let origin = Origin { time: numbers[0], dt: numbers[1], positions, classes, structure_positions };
         Some(Self { origin: Arc::new(origin), fewest, lost })
     }
 }
@@ -110,6 +116,7 @@ mod tests {
             time: 0.1,
             dt: 1e-3,
             positions: vec![v(0.1, 0.2), v(0.3, 0.4)],
+            classes: vec![SurfaceClass::Splash, SurfaceClass::Surface],
             structure_positions: vec![v(0.5, 0.6)],
         };
         let hierarchy = Hierarchy { origin: Arc::new(origin), fewest: 7, lost: 2 };

@@ -16,6 +16,7 @@
 //! | load on the structure, reaction, wall forces | (46), (48) | [`interface_load`], [`interface`] |
 //! | motion, shifting, Taylor correction | (19)–(32) | [`shifting`], [`taylor`], [`contact`] |
 //! | energy, momentum, volume | – | [`accounting`] |
+//! | particles kept in order | – | [`order`] |
 //! | periodic sides; walls that move | – | [`period`], [`wall_motion`] |
 //!
 //! [`solver`] holds what a fluid is made of and its stable step, walls come from [`walls`], choices from [`Options`], values at points from [`probes`]. A [`State`] holds all that the next step depends on,
@@ -60,7 +61,7 @@
 //! |---|---|---|
 //! | compact Laplacian (15), gradient (18) | gradient as the negative transpose of the divergence, `A = D M⁻¹ Dᵀ + 0.1 L` | projection cannot add energy, by construction; the paper's choices together: dam not finite at 0.89 s; tank at 2 s K 1 J, energy + 2.5 %, centroid + 2.5 %, single densities 24 % off, not finite at 5.8 s |
 //! | Eq. (18) everywhere | Eq. (18) as far as energy allows (θ), none where neighbours are one-sided or beside the structure (φ) | symmetric gradient alone: tank K 88 J, pressure off by up to 0.67 ρgH; dam keeps 0.933 of its energy instead of 0.970 |
-//! | thresholds 1.4/1.6 of ∇·r | 1.6/1.8 | a flat lattice surface has 1.28, the layer beneath it 1.92. 1.4/1.6 hold too: tank K 0.032 J, dam's energy 0.956 |
+//! | thresholds 1.4/1.6 of ∇·r | 1.6/1.8, onto the surface below 1.52 ([`surface`]) | a flat lattice surface has 1.28, the layer beneath it 1.92. 1.4/1.6 hold too: tank K 0.032 J, dam's energy 0.956 |
 //! | density error left alone | position projection, velocity unchanged | without it the tank's centroid rises by 1.3 % and K is 5 times as large |
 //! | `p = 0` on surface particles, drawn to 0 near it | pressure at their depth ([`surface_offset`]) | rms pressure error of the tank without 2.8 % of ρgH, with 0.07 %; K 5 times as large without |
 //! | shifting (21)–(23) | concentration gradient with `ζ ≥ √(gH) Δt` | without shifting K reaches 12 J, and the dam's rise is 3.6e-3; with `ζ = u_max Δt` a resting tank is not shifted at all |
@@ -78,17 +79,19 @@
 //! # What a step costs
 //!
 //! Measured with `examples/step_cost.rs` on a column that collapses (0.24 s at 2,300 and 9,000 particles, 0.10 s at 50,000, its very beginning at 500,000), each
-//! step three times, the least time of each stage, on a machine of two cores that was busy otherwise, with a copy bandwidth of 31 to 38 GB/s on one thread and up to 64 on two.
+//! step three times, the least time of each stage, on a machine of two cores that was busy otherwise, with a copy bandwidth of 31 to 38 GB/s on one thread and up to 64 on two. Iterations and memory are the present
+//! code's; the times were taken before particles were sorted and the preconditioner followed diagonals, with up to 0.9 iterations more, and have not been taken again on a machine as quiet.
 //!
 //! | µs a particle and step, one thread / two | 2,300 | 9,000 | 50,000 | 500,000 |
 //! |---|---|---|---|---|
 //! | tolerance 1e-3 | 1.16 / 0.72 | 1.18 / 0.66 | 1.44 / 0.74 | 1.15 / 0.67 |
-//! | its iterations, pressure and positions | 6.9, 1.9 | 6.3, 1.2 | 6.0, 1.1 | 2.0, 1.0 |
+//! | its iterations, pressure and positions | 6.0, 3.2 | 6.1, 1.1 | 6.0, 1.2 | 2.0, 2.0 |
 //! | tolerance 1e-6 | 1.50 / 0.96 | 1.59 / 0.89 | 2.05 / 1.05 | 1.98 / 1.03 |
-//! | its iterations | 13.3, 1.6 | 13.1, 1.2 | 13.0, 1.2 | 9.0, 1.0 |
-//! | memory (kB a particle) | 1.9 | 1.49 | 1.41 | 1.37 |
+//! | its iterations | 13.0, 3.3 | 13.0, 1.2 | 12.7, 1.2 | 9.0, 2.0 |
+//! | memory (kB a particle) | 1.66 | 1.39 | 1.22 | 1.20 |
 //!
-//! A dam that has broken and splashed for 1.46 s (9,000 particles, 11.6 and 2.6 iterations) takes 1.80 / 0.99 and 1.55 kB. With other load on the second core
+//! A dam that has broken and splashed for 2.4 s (8,800 particles, 9.2 and 3.3 iterations, 0.28 hierarchies a step) takes 1.75 µs and 1.41 kB. `cases/dam_break`
+//! with 9,000 particles takes 8.0 and 3.6 iterations a step in the mean of its 3.84 s, 10.5 and 5.0 in the eighth in which the wave falls back, and never more than 16. With other load on the second core
 //! two threads gain less: 1.1 to 1.5 at 2,300 particles instead of 1.6.
 //! At 50,000 particles and 1e-3, bandwidth counted as the example's `traffic` says:
 //!
@@ -108,15 +111,13 @@
 //! which none is. What keeps two threads of small fluids from twice the speed is handing over: a step has about 200 passes, and a thread that has waited for
 //! some 15 µs sleeps and takes longer than that to wake. Passes too short to share are not shared ([`multigrid`], [`conjugate_gradients`]).
 //!
-//! The hierarchy is kept while it serves ([`hierarchy`]): made 0.2 times a step in the collapsing columns, 0.43 times in the splashing dam. Making it takes
+//! The hierarchy is kept while it serves ([`hierarchy`]), and follows diagonals that change ([`preconditioner`]): made 0.2 times a step in the collapsing columns, 0.28 times in the splashing dam. Making it takes
 //! 0.16 µs a particle, an iteration 0.08.
 //!
-//! Neighbour lists are found anew each step and particles keep their order. The search is 8 % of a step, and a list with a skin would still have to be
-//! sifted for the pairs that are in reach: of the candidates, which are 2.9 times the pairs in the search's cells, a skin of 0.4 `h` leaves 1.4 times. It could save half of
-//! the search at most, and its order would depend on when it was made, which a restart would have to know. Sorting particles along a Morton curve makes a
-//! step of the splashing dam (9,000, 1.46 s after the start in the lattice's order) 4 to 6 % faster, that of a column near the lattice's order not at all, at 50,000 and at
-//! 500,000. Order matters when it is lost altogether: shuffled, 9,000 particles take 1.09 times as long, 50,000 twice, and 500,000 take 6.1 µs instead of 1.35 (before their hierarchy was kept). Runs of 500,000 that are
-//! long enough to mix have not been made.
+//! Neighbour lists are found anew each step; lists with a skin were built and gained nothing (`docs/decisions/0010-neighbour-lists.md`). Particles are sorted along Morton's curve when their
+//! order has decayed ([`order`]). That made a step of the splashing dam (9,000, 1.46 s after the start in the lattice's order) 4 to 6 % faster, that of a column near the lattice's
+//! order not at all, at 50,000 and at 500,000. Order matters when it is lost altogether: shuffled, 9,000 particles take 1.09 times as long, 50,000 twice, and 500,000 took 6.1 µs
+//! instead of 1.35 (before their hierarchy was kept).
 //!
 //! Starting the solve from pressures extrapolated in time took 4.4 instead of 6.0 iterations while the column began to fall smoothly, and 15.0 instead of 13.2 once it had
 //! splashed (13.1 with half the extrapolation): the pressure there is not smooth in time, and nothing is extrapolated.
@@ -132,6 +133,7 @@ pub mod interface_load;
 pub mod multigrid;
 pub mod neighbourhood;
 pub mod options;
+pub mod order;
 pub mod participant;
 pub mod period;
 pub mod position_projection;

@@ -75,6 +75,9 @@ pub struct Options {
     pub smoothing_ratio: f64,
     /// `∇·r/D` up to which a particle is on the surface (α = 0) and from which on it is inside (α = 1), Eq. (17). The paper has 0.7 and 0.8.
     pub surface_thresholds: (f64, f64),
+    /// How far `∇·r/D` of a particle that was not on the surface has to fall below the first threshold until it is
+    /// ([`surface`](crate::surface)).
+    pub surface_hysteresis: f64,
     /// Share of the compact Laplacian added to `D M⁻¹ Dᵀ` (it is blind to checkerboards).
     pub laplacian_share: f64,
     /// Compressibility κ of the fluid in units of `1/(ρΔx²)`: keeps the operator regular.
@@ -150,6 +153,7 @@ impl Default for Options {
             scheme: Scheme::EnergyConsistent,
             smoothing_ratio: 1.2,
             surface_thresholds: (0.8, 0.9),
+            surface_hysteresis: 0.04,
             laplacian_share: 0.1,
             regularisation: 1e-6,
             pocket_regularisation: 1e-2,
@@ -188,6 +192,7 @@ impl Options {
         Self {
             scheme: Scheme::Paper,
             surface_thresholds: (0.7, 0.8),
+            surface_hysteresis: 0.0,
             laplacian_share: 1.0,
             position_projection: false,
             corrected_gradient: true,

@@ -19,10 +19,18 @@ pub enum SurfaceClass {
     Splash = 3,
 }
 
-/// Everything the next step depends on. Particle `i` is the same in all arrays; a step may remove particles, never add them.
+impl SurfaceClass {
+    /// The class that `byte` stands for in a saved state.
+    pub fn from_byte(byte: u8) -> Option<Self> {
+        [Self::Interior, Self::NearSurface, Self::Surface, Self::Splash].get(usize::from(byte)).copied()
+    }
+}
+
+/// Everything the next step depends on. Particle `i` is the same in all arrays; a step may remove particles and rearrange them
+/// (see [`order`](crate::order)), never add any.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State<const D: usize> {
-    /// Number of each particle that stays with it when others are removed.
+    /// Number of each particle in the initial state, which stays with it.
     pub ids: Vec<u32>,
     /// Positions (m).
     pub positions: Vec<Vector<D>>,
@@ -49,7 +57,7 @@ pub struct State<const D: usize> {
     pub lost: u64,
 }
 
-const MAGIC: &[u8; 8] = b"mnscflu3";
+const MAGIC: &[u8; 8] = b"mnscflu4";
 
 impl<const D: usize> State<D> {
     /// Particles at rest or moving, without pressure.
@@ -110,6 +118,13 @@ impl<const D: usize> State<D> {
         sieve(&mut self.pressure_accelerations, keep);
         sieve(&mut self.position_potentials, keep);
         self.hierarchy = None;
+    }
+
+    /// Places of the particles in the order of their numbers: for whatever is to be seen in the order of the start.
+    pub fn by_id(&self) -> Vec<u32> {
+        let mut places: Vec<u32> = (0..self.len() as u32).collect();
+        places.sort_unstable_by_key(|&a| self.ids[a as usize]);
+        places
     }
 
     /// The state as bytes (little endian): a restart from them is identical to the bit.
@@ -173,13 +188,8 @@ impl<const D: usize> State<D> {
         let ids = words(take(4 * n)?).map(u32::from_le_bytes).collect();
         let mut classes = Vec::with_capacity(n);
         for &c in take(n)? {
-            classes.push(match c {
-                0 => SurfaceClass::Interior,
-                1 => SurfaceClass::NearSurface,
-                2 => SurfaceClass::Surface,
-                3 => SurfaceClass::Splash,
-                _ => return Err(Error::Restore(format!("{c} is no surface class"))),
-            });
+            let class = SurfaceClass::from_byte(c);
+            classes.push(class.ok_or_else(|| Error::Restore(format!("{c} is no surface class")))?);
         }
         let mut vectors = || -> Result<Vec<Vector<D>>, Error> {
             let flat: Vec<f64> = words(take(8 * n * D)?).map(f64::from_le_bytes).collect();

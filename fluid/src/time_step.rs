@@ -13,13 +13,13 @@ use crate::error::Error;
 use crate::hierarchy::Origin;
 use crate::interface::{InterfaceInput, StructureSurface};
 use crate::neighbourhood::Neighbourhood;
+use crate::order::ParticleOrder;
 use crate::preconditioner::PressurePreconditioner;
 use crate::pressure_operator::OperatorScratch;
 use crate::solver::Fluid;
 use crate::state::State;
 use crate::surface::Surface;
 use crate::surface_offset::Outside;
-use crate::viscosity::ViscousScratch;
 use sph::{Matrix, Vector};
 use std::sync::Arc;
 
@@ -38,7 +38,7 @@ pub enum Stage {
     PressureSolve,
     /// Velocity by pressure, loads.
     VelocityAndLoad,
-    /// Motion, shifting, contact; energy and momentum.
+    /// Motion, shifting, contact; energy and momentum; order.
     MotionAndAccounts,
 }
 
@@ -61,19 +61,18 @@ pub(crate) struct Scratch<const D: usize> {
     prepared_for: Option<Arc<Origin<D>>>,
     solver: conjugate_gradients::Scratch,
     operator: OperatorScratch<D>,
-    known_image: Vec<f64>,
-    viscous: ViscousScratch<D>,
-    viscous_accelerations: Vec<Vector<D>>,
+    /// What one stage makes and uses up itself: viscosities, then what known pressures give.
+    passing_numbers: Vec<f64>,
     predicted: Vec<Vector<D>>,
     predicted_structure: Vec<Vector<D>>,
-    accelerations: Vec<Vector<D>>,
-    difference: Vec<Vector<D>>,
     confidence: Vec<f64>,
     position_shifts: Vec<Vector<D>>,
-    shifts: Vec<Vector<D>>,
+    /// What one stage makes and uses up itself: viscous accelerations, then the difference that Eq. (18) makes, then shifts.
+    passing: Vec<Vector<D>>,
     contact_impulses: Vec<Vector<D>>,
     pub(crate) wall_forces: Vec<Vector<D>>,
     keep: Vec<bool>,
+    order: ParticleOrder,
 }
 
 impl<const D: usize> Scratch<D> {
@@ -120,7 +119,7 @@ impl<const D: usize> Fluid<D> {
         self.walls.move_to(time, dt);
         let mut report = StepReport { dt, ..StepReport::default() };
 
-        self.find_neighbours(&accepted.positions, structure.positions); //  (1), (5), (17), (25), (26)
+        self.find_neighbours(&accepted.positions, &accepted.classes, structure.positions); //  (1), (5), (17), (25), (26)
         done(Stage::Neighbours);
         self.assemble(); //                                                 (15), (16)
         self.choose_hierarchy(accepted, (time, dt), structure, trial);
@@ -137,6 +136,8 @@ impl<const D: usize> Fluid<D> {
         self.move_particles(accepted, dt, structure, trial, &mut report); // (19), (21)–(32)
         self.account(accepted, time, trial, &mut report)?;
         trial.last_dt = dt;
+        let Scratch { order, passing, passing_numbers, .. } = &mut self.scratch;
+        order.keep(trial, &self.properties.domain.0, self.kernel.support(), (passing, passing_numbers));
         done(Stage::MotionAndAccounts);
         Ok(report)
     }

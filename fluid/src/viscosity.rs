@@ -31,17 +31,14 @@ pub struct ViscousInput<'a, const D: usize> {
     pub approach_viscosity: f64,
 }
 
-/// Corrected velocity gradients, Eq. (2): entry (i, j) is `∂u_i/∂x_j` (1/s), over fluid neighbours.
-pub fn velocity_gradients<const D: usize>(input: &ViscousInput<'_, D>, out: &mut Vec<Matrix<D>>) {
+/// Corrected velocity gradient of particle `a`, Eq. (2): entry (i, j) is `∂u_i/∂x_j` (1/s), over fluid neighbours.
+pub fn velocity_gradient<const D: usize>(input: &ViscousInput<'_, D>, a: usize) -> Matrix<D> {
     let list = &input.neighbourhood.fluid;
-    out.resize(input.velocities.len(), Matrix::zeros());
-    out.par_iter_mut().with_min_len(128).enumerate().for_each(|(a, gradient)| {
-        let mut sum = Matrix::zeros();
-        for (&b, pair) in list.of(a).iter().zip(&input.neighbourhood.fluid_pairs[list.range(a)]) {
-            sum += tensor::outer(&(input.velocities[b as usize] - input.velocities[a]), &pair.gradient());
-        }
-        *gradient = sum * input.corrections[a].0.transpose();
-    });
+    let mut sum = Matrix::zeros();
+    for (&b, pair) in list.of(a).iter().zip(&input.neighbourhood.fluid_pairs[list.range(a)]) {
+        sum += tensor::outer(&(input.velocities[b as usize] - input.velocities[a]), &pair.gradient());
+    }
+    sum * input.corrections[a].0.transpose()
 }
 
 /// `ν_t = (c_s Δ)² √(2 ε:ε)`, Eq. (10), in m²/s.
@@ -50,36 +47,24 @@ pub fn eddy_viscosity<const D: usize>(gradient: &Matrix<D>, smagorinsky: f64, fi
     (smagorinsky * filter_width).powi(2) * (2.0 * strain.norm_squared()).sqrt()
 }
 
-/// Scratch of the viscous stage.
-#[derive(Clone, Debug, Default)]
-pub struct ViscousScratch<const D: usize> {
-    gradients: Vec<Matrix<D>>,
-    viscosities: Vec<f64>,
-}
-
-/// Viscous accelerations (m/s²) among fluid particles; gives the largest viscosity met (m²/s).
+/// Viscous accelerations (m/s²) among fluid particles; `viscosities` is memory, and holds those of the particles (m²/s) afterwards.
 pub fn accelerations<const D: usize>(
     input: &ViscousInput<'_, D>,
     options: &Options,
-    scratch: &mut ViscousScratch<D>,
+    viscosities: &mut Vec<f64>,
     out: &mut Vec<Vector<D>>,
-) -> f64 {
+) {
     let count = input.velocities.len();
-    let need_gradients =
-        options.smagorinsky > 0.0 || options.viscous_operator == ViscousOperator::FatehiManzari;
-    if need_gradients {
-        velocity_gradients(input, &mut scratch.gradients);
-    }
-    scratch.viscosities.clear();
-    scratch.viscosities.resize(count, input.kinematic_viscosity);
+    viscosities.clear();
+    viscosities.resize(count, input.kinematic_viscosity);
     if options.smagorinsky > 0.0 {
-        let both = scratch.viscosities.par_iter_mut().zip(&scratch.gradients).with_min_len(512);
-        both.for_each(|(nu, gradient)| {
-            *nu += eddy_viscosity(gradient, options.smagorinsky, input.smoothing_length);
+        viscosities.par_iter_mut().with_min_len(128).enumerate().for_each(|(a, nu)| {
+            let gradient = velocity_gradient(input, a);
+            *nu += eddy_viscosity(&gradient, options.smagorinsky, input.smoothing_length);
         });
     }
     let list = &input.neighbourhood.fluid;
-    let viscosities = &scratch.viscosities;
+    let viscosities = &*viscosities;
     out.resize(count, Vector::zeros());
     out.par_iter_mut().with_min_len(128).enumerate().for_each(|(a, acceleration)| {
         let pairs = &input.neighbourhood.fluid_pairs[list.range(a)];
@@ -96,23 +81,16 @@ pub fn accelerations<const D: usize>(
             sum += u * (nu * pair.stiffness());
         }
         if fitted {
-            sum += fitted_laplacian(input, viscosities, &scratch.gradients[a], a);
+            sum += fitted_laplacian(input, viscosities, a);
         }
         *acceleration = sum;
     });
-    let largest = viscosities.iter().copied().fold(0.0, f64::max);
-    largest + input.approach_viscosity
 }
 
 /// Eq. (13), the corrected Laplacian (4), (6), (7): `B̂ : Σ 2V e ∇W ν_ab ((u_a − u_b)/|r_ab| − e·∇u)`.
 ///
 /// Deviation: Eq. (13) as printed carries `μ_ab = ρ_a ν_a + ρ_b ν_b` without the mean's half against the 2 of Eq. (4); here `ν_ab` is the mean and the 2 stands.
-fn fitted_laplacian<const D: usize>(
-    input: &ViscousInput<'_, D>,
-    viscosities: &[f64],
-    gradient: &Matrix<D>,
-    a: usize,
-) -> Vector<D> {
+fn fitted_laplacian<const D: usize>(input: &ViscousInput<'_, D>, viscosities: &[f64], a: usize) -> Vector<D> {
     let list = &input.neighbourhood.fluid;
     let pairs = &input.neighbourhood.fluid_pairs[list.range(a)];
     let around = || {
@@ -129,6 +107,7 @@ fn fitted_laplacian<const D: usize>(
         });
         return simple.fold(Vector::zeros(), |sum, term| sum + term);
     };
+    let gradient = velocity_gradient(input, a);
     let mut sum = Vector::zeros();
     for (b, r, pair) in around() {
         let distance = r.norm();

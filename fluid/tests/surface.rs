@@ -1,9 +1,9 @@
 //! Free-surface detection on a lattice block.
 
-use fluid::SurfaceClass;
 use fluid::neighbourhood::{Bodies, Neighbourhood};
-use fluid::surface::{Surface, smoothing};
+use fluid::surface::{self, Surface, smoothing};
 use fluid::surface_offset;
+use fluid::{Options, SurfaceClass};
 use sph::Vector;
 use sph::kernel::CubicSpline;
 use sph::lattice::Lattice;
@@ -33,8 +33,30 @@ fn detect<const D: usize>(points: &[Vector<D>]) -> (Neighbourhood<D>, Surface<D>
     neighbourhood.update(&kernel, 1.0, 1.0, points, &bodies);
     let mut corrections = Vec::new();
     neighbourhood.corrections(0.25, &mut corrections);
-    surface.detect(&neighbourhood, &corrections, points, (0.8, 0.9), 1.2);
+    let before = vec![SurfaceClass::Interior; points.len()];
+    surface.detect(&neighbourhood, &corrections, points, &before, &Options::default(), 1.2);
     (neighbourhood, surface)
+}
+
+/// The second layer of a block, whose `∇·r/D` is 0.02 below the threshold, comes onto the surface from 0.04 below only, and has not left it yet.
+#[test]
+fn a_particle_comes_onto_the_surface_later_than_off_it() {
+    let points = Lattice::<2>::fill_box(Vector::zeros(), [10.0, 10.0].into(), 1.0).positions;
+    let (neighbourhood, mut surface) = detect(&points);
+    let second = points.iter().position(|p| *p == Vector::from([5.5, 8.5])).unwrap();
+    let divergence = neighbourhood.surroundings[second].moment.trace() / 2.0;
+    let mut corrections = Vec::new();
+    neighbourhood.corrections(0.25, &mut corrections);
+    let mut class = |before: SurfaceClass, above: f64| {
+        let thresholds = (divergence + above, divergence + above + 0.1);
+        let options =
+            Options { surface_thresholds: thresholds, surface_hysteresis: 0.04, ..Options::default() };
+        surface.detect(&neighbourhood, &corrections, &points, &vec![before; points.len()], &options, 1.2);
+        (surface.classes[second], surface.alpha[second])
+    };
+    assert_eq!(class(SurfaceClass::NearSurface, 0.02), (SurfaceClass::NearSurface, surface::KNOWN));
+    assert_eq!(class(SurfaceClass::Interior, 0.05), (SurfaceClass::Surface, 0.0));
+    assert_eq!(class(SurfaceClass::Surface, 0.02), (SurfaceClass::Surface, 0.0));
 }
 
 fn block_classes<const D: usize>(side: usize) {

@@ -10,6 +10,7 @@
 //! | `W_ab` | kernel at the distance of particles a and b | m⁻ᴰ | scalar |
 //! | `∇W_ab` | its gradient with respect to `r_a` | m⁻ᴰ⁻¹ | `Vector<D>` |
 
+pub mod curve;
 pub mod kernel;
 pub mod lattice;
 pub mod neighbours;

@@ -9,12 +9,15 @@ use rayon::prelude::*;
 pub struct NeighbourList {
     offsets: Vec<u32>,
     indices: Vec<u32>,
-    /// What was found for [`ROWS`] query points at a time, before it is known where in `indices` it goes.
+    /// What each task has found for its [`ROWS`] query points, before it is known where in `indices` it goes.
     found: Vec<Vec<u32>>,
 }
 
 /// Query points that one task works through.
-const ROWS: usize = 512;
+const ROWS: usize = 256;
+
+/// Tasks that are worked through before what they have found is put into its place.
+const TASKS: usize = 16;
 
 impl NeighbourList {
     /// Neighbours of point `i`.
@@ -70,44 +73,31 @@ impl NeighbourList {
         // Candidates are read one after the other here, not one from here and one from there as `members` has them.
         let binned: Vec<Vector<D>> =
             grid.members.par_iter().with_min_len(1024).map(|&j| points[j as usize]).collect();
-        let radius_squared = grid.radius * grid.radius;
         self.offsets.resize(queries.len() + 1, 0);
         self.offsets[0] = 0;
-        let chunks = queries.len().div_ceil(ROWS);
-        self.found.resize_with(chunks.max(self.found.len()), Vec::new);
-        let rows = self.offsets[1..].par_chunks_mut(ROWS).zip(queries.par_chunks(ROWS));
-        self.found.par_iter_mut().zip(rows).for_each(|(found, (ends, queries))| {
-            found.clear();
-            for (end, query) in ends.iter_mut().zip(queries) {
-                grid.for_each_run(query, |run| {
-                    // Written always and kept when near: no branch that would be taken half the time.
-                    let start = found.len();
-                    found.resize(start + run.len(), 0);
-                    let (kept, mut count) = (&mut found[start..], 0);
-                    for (point, &j) in binned[run.clone()].iter().zip(&grid.members[run]) {
-                        let distance_squared = (query - point).norm_squared();
-                        kept[count] = j;
-                        count += usize::from((distance_squared < radius_squared) & (distance_squared > 0.0));
-                    }
-                    found.truncate(start + count);
-                });
-                *end = found.len() as u32;
+        self.found.resize_with(TASKS, Vec::new);
+        let mut first = 0;
+        for (ends, queries) in self.offsets[1..].chunks_mut(TASKS * ROWS).zip(queries.chunks(TASKS * ROWS)) {
+            let tasks =
+                self.found.par_iter_mut().zip(ends.par_chunks_mut(ROWS).zip(queries.par_chunks(ROWS)));
+            tasks.for_each(|(found, (ends, queries))| grid.search(queries, &binned, found, ends));
+            let found = &self.found[..queries.len().div_ceil(ROWS)];
+            let end = first + found.iter().map(Vec::len).sum::<usize>();
+            self.indices.resize(end.max(self.indices.len()), 0);
+            let mut rest = &mut self.indices[first..end];
+            let mut tasks = Vec::with_capacity(TASKS);
+            for (found, ends) in found.iter().zip(ends.chunks_mut(ROWS)) {
+                let (own, tail) = rest.split_at_mut(found.len());
+                tasks.push((first as u32, found, ends, own));
+                rest = tail;
+                first += found.len();
             }
-        });
-        let found = &self.found[..chunks];
-        self.indices.resize(found.iter().map(Vec::len).sum(), 0);
-        let (mut first, mut rest) = (0u32, self.indices.as_mut_slice());
-        let mut tasks = Vec::with_capacity(chunks);
-        for (found, ends) in found.iter().zip(self.offsets[1..].chunks_mut(ROWS)) {
-            let (own, tail) = rest.split_at_mut(found.len());
-            tasks.push((first, found, ends, own));
-            rest = tail;
-            first += found.len() as u32;
+            tasks.into_par_iter().for_each(|(first, found, ends, own)| {
+                ends.iter_mut().for_each(|end| *end += first);
+                own.copy_from_slice(found);
+            });
         }
-        tasks.into_par_iter().for_each(|(first, found, ends, own)| {
-            ends.iter_mut().for_each(|end| *end += first);
-            own.copy_from_slice(found);
-        });
+        self.indices.truncate(first);
     }
 }
 
@@ -167,6 +157,27 @@ impl<const D: usize> CellGrid<D> {
             bin = bin * self.counts[i] + k.min(self.counts[i] - 1);
         }
         bin
+    }
+
+    /// Writes the members near each of `queries` to `found`, and where the list of each ends there to `ends`; `binned` are the members' points in their order.
+    fn search(&self, queries: &[Vector<D>], binned: &[Vector<D>], found: &mut Vec<u32>, ends: &mut [u32]) {
+        let radius_squared = self.radius * self.radius;
+        found.clear();
+        for (end, query) in ends.iter_mut().zip(queries) {
+            self.for_each_run(query, |run| {
+                // Written always and kept when near: no branch that would be taken half the time.
+                let start = found.len();
+                found.resize(start + run.len(), 0);
+                let (kept, mut count) = (&mut found[start..], 0);
+                for (point, &j) in binned[run.clone()].iter().zip(&self.members[run]) {
+                    let distance_squared = (query - point).norm_squared();
+                    kept[count] = j;
+                    count += usize::from((distance_squared < radius_squared) & (distance_squared > 0.0));
+                }
+                found.truncate(start + count);
+            });
+            *end = found.len() as u32;
+        }
     }
 
     /// Calls `visit` with every binned point nearer to `query` than the radius and not coincident with it, in fixed order.

@@ -33,8 +33,8 @@ pub(super) struct Row {
     /// The diagonal `a_ii`.
     pub diagonal: f64,
     /// The smoother's step for a unit residual: `0.94/max(a_ii, ½ Σ_j |a_ij|)`, where the maximum keeps the eigenvalues of
-    /// `D⁻¹A` at or below two (Gershgorin); `1/a_ii` in a row without couplings, and zero in an empty one.
-    pub step: f64,
+    /// `D⁻¹A` at or below two (Gershgorin); `1/a_ii` in a row without couplings, and zero in an empty one; rounded.
+    pub step: f32,
     /// The magnitude of the strongest coupling.
     pub strongest: f32,
     start: u32,
@@ -98,7 +98,8 @@ impl OpenRow {
         } else {
             (diagonal, 1.0)
         };
-        Row { diagonal, step: if bound > 0.0 { weight / bound } else { 0.0 }, strongest, start, count }
+        let step = if bound > 0.0 { (weight / bound) as f32 } else { 0.0 };
+        Row { diagonal, step, strongest, start, count }
     }
 }
 

@@ -123,8 +123,11 @@ impl Multigrid {
             let (finer, coarser) = self.levels.split_at_mut(self.depth);
             let level = finer.last_mut().expect("there is a finest level");
             let rows = level.matrix.len();
-            level.right.resize(rows, 0.0);
-            level.correction.resize(rows, 0.0);
+            // The finest level's right-hand side and correction are the caller's.
+            if self.depth > 1 {
+                level.right.resize(rows, 0.0);
+                level.correction.resize(rows, 0.0);
+            }
             level.smoothed.resize(rows, 0.0);
             if rows <= DIRECT {
                 self.coarsest.factorise(&level.matrix);
@@ -194,14 +197,16 @@ fn cycle(levels: &mut [Level], coarsest: &Cholesky, right: &[f64], x: &mut [f64]
     if coarser.is_empty() && matrix.len() <= DIRECT {
         x.copy_from_slice(right);
         coarsest.solve(x);
-        for_rows(SCALED, x, |i, v| *v += gain * matrix.rows[i].step * right[i]);
+        for_rows(SCALED, x, |i, v| *v += gain * f64::from(matrix.rows[i].step) * right[i]);
         return;
     }
     if start == Start::Zero {
-        for_rows(SCALED, smoothed, |i, v| *v = matrix.rows[i].step * right[i]);
+        for_rows(SCALED, smoothed, |i, v| *v = f64::from(matrix.rows[i].step) * right[i]);
     } else {
         let x = &*x;
-        for_rows(SUMMED, smoothed, |i, v| *v = x[i] + matrix.rows[i].step * matrix.residual(i, right, x));
+        for_rows(SUMMED, smoothed, |i, v| {
+            *v = x[i] + f64::from(matrix.rows[i].step) * matrix.residual(i, right, x);
+        });
     }
     if let [next, ..] = coarser {
         let (mut coarse_right, mut coarse) =
@@ -219,7 +224,7 @@ fn cycle(levels: &mut [Level], coarsest: &Cholesky, right: &[f64], x: &mut [f64]
     }
     let smoothed = &*smoothed;
     for_rows(SUMMED, x, |i, v| {
-        let step = matrix.rows[i].step;
+        let step = f64::from(matrix.rows[i].step);
         *v = smoothed[i] + step * (matrix.residual(i, right, smoothed) + gain * right[i]);
     });
 }

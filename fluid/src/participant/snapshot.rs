@@ -31,7 +31,7 @@ impl Snapshots {
         if walls.positions.is_empty() {
             return Ok(());
         }
-        let positions = flat(&walls.positions);
+        let positions: Vec<f64> = walls.positions.iter().flat_map(|r| r.iter().copied()).collect();
         let parts: Vec<i32> = walls.part_of.iter().map(|&part| part as i32).collect();
         let arrays = [PointArray { name: "part", components: 1, values: Values::I32(&parts) }];
         let frame = ParticleFrame { time, dimension: D, positions: &positions, arrays: &arrays };
@@ -43,14 +43,16 @@ impl Snapshots {
         Ok(())
     }
 
-    /// Writes the next snapshot, at `time` (s).
+    /// Writes the next snapshot, at `time` (s): particles in the order of their numbers, whatever that of the state is.
     pub fn write<const D: usize>(&mut self, time: f64, state: &State<D>) -> Result<(), ParticipantError> {
-        let (positions, velocities) = (flat(&state.positions), flat(&state.velocities));
-        let classes: Vec<u8> = state.classes.iter().map(|c| *c as u8).collect();
-        let ids: Vec<i32> = state.ids.iter().map(|&i| i as i32).collect();
+        let order = state.by_id();
+        let (positions, velocities) = (flat(&order, &state.positions), flat(&order, &state.velocities));
+        let pressures = arranged(&order, |a| state.pressures[a]);
+        let classes = arranged(&order, |a| state.classes[a] as u8);
+        let ids = arranged(&order, |a| state.ids[a] as i32);
         let arrays = [
             PointArray::vector("velocity", D, &velocities),
-            PointArray::scalar("pressure", &state.pressures),
+            PointArray::scalar("pressure", &pressures),
             PointArray::class("surface_class", &classes),
             PointArray { name: "id", components: 1, values: Values::I32(&ids) },
         ];
@@ -60,7 +62,7 @@ impl Snapshots {
     }
 
     /// Writes what a failed solve stood on as the series `failed_solve` and gives the file: positions, velocities and pressures
-    /// of `accepted`, the unknowns where the solve `stopped`, and its residual. Arrays are shortened or filled with zeros where a length disagrees.
+    /// of `accepted`, the unknowns where the solve `stopped`, and its residual, which are in the order of `accepted`. Arrays that are too short are filled with zeros.
     pub fn write_failed_solve<const D: usize>(
         &self,
         time: f64,
@@ -68,19 +70,17 @@ impl Snapshots {
         stopped: &State<D>,
         residual: &[f64],
     ) -> Result<PathBuf, ParticipantError> {
-        let as_long = |values: &[f64]| {
-            let mut values = values.to_vec();
-            values.resize(accepted.len(), 0.0);
-            values
-        };
-        let (positions, velocities) = (flat(&accepted.positions), flat(&accepted.velocities));
-        let classes: Vec<u8> = accepted.classes.iter().map(|c| *c as u8).collect();
-        let ids: Vec<i32> = accepted.ids.iter().map(|&i| i as i32).collect();
-        let (pressures, potentials) = (as_long(&stopped.pressures), as_long(&stopped.position_potentials));
-        let residual = as_long(residual);
+        let order = accepted.by_id();
+        let or_zero = |values: &[f64]| arranged(&order, |a| values.get(a).copied().unwrap_or(0.0));
+        let (positions, velocities) = (flat(&order, &accepted.positions), flat(&order, &accepted.velocities));
+        let classes = arranged(&order, |a| accepted.classes[a] as u8);
+        let ids = arranged(&order, |a| accepted.ids[a] as i32);
+        let accepted_pressures = or_zero(&accepted.pressures);
+        let (pressures, potentials) = (or_zero(&stopped.pressures), or_zero(&stopped.position_potentials));
+        let residual = or_zero(residual);
         let arrays = [
             PointArray::vector("velocity", D, &velocities),
-            PointArray::scalar("pressure", &accepted.pressures),
+            PointArray::scalar("pressure", &accepted_pressures),
             PointArray::scalar("pressure_where_stopped", &pressures),
             PointArray::scalar("position_potential_where_stopped", &potentials),
             PointArray::scalar("residual", &residual),
@@ -92,6 +92,11 @@ impl Snapshots {
     }
 }
 
-fn flat<const D: usize>(vectors: &[Vector<D>]) -> Vec<f64> {
-    vectors.iter().flat_map(|v| v.iter().copied()).collect()
+/// One value a particle, in this `order`.
+fn arranged<T>(order: &[u32], value: impl Fn(usize) -> T) -> Vec<T> {
+    order.iter().map(|&a| value(a as usize)).collect()
+}
+
+fn flat<const D: usize>(order: &[u32], vectors: &[Vector<D>]) -> Vec<f64> {
+    order.iter().flat_map(|&a| vectors[a as usize].iter().copied()).collect()
 }

@@ -8,7 +8,7 @@ use crate::neighbourhood::{Bodies, Neighbourhood};
 use crate::options::{Options, Preconditioner, Scheme};
 use crate::pressure_operator::{self, PressureOperator};
 use crate::solver::{Fluid, FluidProperties};
-use crate::state::State;
+use crate::state::{State, SurfaceClass};
 use crate::surface::Surface;
 use rayon::prelude::*;
 use sph::Vector;
@@ -46,7 +46,13 @@ pub(super) fn operator<'a, const D: usize>(
 }
 
 impl<const D: usize> Fluid<D> {
-    pub(super) fn find_neighbours(&mut self, positions: &[Vector<D>], structure_positions: &[Vector<D>]) {
+    /// Of fluid particles at `positions` (m), `classes` being those that they had last.
+    pub(super) fn find_neighbours(
+        &mut self,
+        positions: &[Vector<D>],
+        classes: &[SurfaceClass],
+        structure_positions: &[Vector<D>],
+    ) {
         let bodies = Bodies {
             wall_positions: &self.walls.positions,
             wall_volumes: &self.walls.volumes,
@@ -59,7 +65,7 @@ impl<const D: usize> Fluid<D> {
         neighbourhood.update(&self.kernel, spacing, volume, positions, &bodies);
         neighbourhood.corrections(0.25, corrections);
         let h = self.kernel.smoothing_length();
-        surface.detect(neighbourhood, corrections, positions, self.options.surface_thresholds, h);
+        surface.detect(neighbourhood, corrections, positions, classes, &self.options, h);
         structure_surface.normals(
             &self.kernel,
             structure_positions,
@@ -104,7 +110,7 @@ impl<const D: usize> Fluid<D> {
             return Err(Error::InterfaceLength { field: "positions in the saved state", found, expected });
         }
         self.walls.move_to(origin.time, origin.dt);
-        self.find_neighbours(&origin.positions, &origin.structure_positions);
+        self.find_neighbours(&origin.positions, &origin.classes, &origin.structure_positions);
         self.assemble();
         self.prepare(origin);
         Ok(())
@@ -119,9 +125,17 @@ impl<const D: usize> Fluid<D> {
         trial: &mut State<D>,
     ) {
         if accepted.hierarchy.is_none() {
-            let positions = accepted.positions.clone();
-            let structure_positions = structure.positions.to_vec();
-            let origin = Arc::new(Origin { time, dt, positions, structure_positions });
+            let mut origin = self.scratch.prepared_for.take().unwrap_or_default();
+            // The memory of the last one is used again, unless it belongs to a state that someone keeps.
+            if Arc::get_mut(&mut origin).is_none() {
+                origin = Arc::default();
+            }
+            let made_of = Arc::get_mut(&mut origin).expect("nobody else has it yet");
+            (made_of.time, made_of.dt) = (time, dt);
+            made_of.positions.clone_from(&accepted.positions);
+            made_of.classes.clone_from(&accepted.classes);
+            made_of.structure_positions.clear();
+            made_of.structure_positions.extend_from_slice(structure.positions);
             self.prepare(&origin);
             let kept = self.options.preconditioner == Preconditioner::Multigrid;
             trial.hierarchy = kept.then(|| Hierarchy::new(origin));

@@ -37,12 +37,12 @@ impl<const D: usize> Fluid<D> {
             magnitude: fastest * dt,
             smoothing_length: h,
         };
-        shifting::shifts(&input, &self.options, &mut s.shifts);
+        shifting::shifts(&input, &self.options, &mut s.passing);
         if self.options.taylor_correction {
             taylor::correct_fields(
                 &s.neighbourhood,
                 &s.corrections,
-                &s.shifts,
+                &s.passing,
                 &mut trial.velocities,
                 &mut trial.pressures,
             );
@@ -61,7 +61,7 @@ impl<const D: usize> Fluid<D> {
         let displacements = &mut s.position_shifts;
         let carried =
             |a: usize, trial: &State<D>| (accepted.velocities[a] + trial.velocities[a]) * (0.5 * dt);
-        displacements.par_iter_mut().zip(&s.shifts).with_min_len(ROWS).enumerate().for_each(
+        displacements.par_iter_mut().zip(&s.passing).with_min_len(ROWS).enumerate().for_each(
             |(a, (d, shift))| {
                 *d += carried(a, trial) + shift;
             },
@@ -133,7 +133,7 @@ impl<const D: usize> Fluid<D> {
             self.output.pair_reactions[i] += impulse / (dt * self.interface.volumes[i]);
         }
         trial.classes.clone_from(&s.surface.classes);
-        report.largest_shift = parallel::max(s.shifts.len(), 0.0, |a| s.shifts[a].norm());
+        report.largest_shift = parallel::max(s.passing.len(), 0.0, |a| s.passing[a].norm());
     }
 
     pub(super) fn account(

@@ -30,7 +30,7 @@ impl<const D: usize> Fluid<D> {
             smoothing_length: self.kernel.smoothing_length(),
             approach_viscosity,
         };
-        viscosity::accelerations(&input, &self.options, &mut s.viscous, &mut s.viscous_accelerations);
+        viscosity::accelerations(&input, &self.options, &mut s.passing_numbers, &mut s.passing);
         s.contact_impulses.clear();
         s.contact_impulses.resize(self.interface.volumes.len(), Vector::zeros());
         s.wall_forces.clear();
@@ -42,7 +42,7 @@ impl<const D: usize> Fluid<D> {
             self.properties.kinematic_viscosity,
             accepted,
             (&self.walls, structure),
-            &mut s.viscous_accelerations,
+            &mut s.passing,
             |body, acceleration| match body {
                 interface_load::Body::Structure(i) => s.contact_impulses[i] += acceleration * (mass * dt),
                 interface_load::Body::Wall(part) => s.wall_forces[part] -= acceleration * mass,
@@ -54,11 +54,11 @@ impl<const D: usize> Fluid<D> {
             .par_iter_mut()
             .with_min_len(ROWS)
             .zip(&accepted.velocities)
-            .zip(&s.viscous_accelerations)
+            .zip(&s.passing)
             .for_each(|((predicted, u), viscous)| *predicted = u + (viscous + gravity) * dt);
         report.viscous_work = mass
             * parallel::sum(accepted.len(), |a| {
-                let kick = s.viscous_accelerations[a] * dt;
+                let kick = s.passing[a] * dt;
                 kick.dot(&(accepted.velocities[a] + kick * 0.5))
             });
         s.predicted_structure.clear();

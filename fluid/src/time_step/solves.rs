@@ -85,9 +85,9 @@ impl<const D: usize> Fluid<D> {
         if self.options.surface_offset {
             let smoothing_length = self.kernel.smoothing_length();
             s.outside.find((&self.properties, smoothing_length), &s.surface, &s.neighbourhood, accepted);
-            s.known_image.resize(accepted.len(), 0.0);
-            a.apply(&s.outside.known, &mut s.known_image, &mut s.operator);
-            let drawn = s.known_image.par_iter().zip(&s.outside.drawn_to).zip(&s.terms.draw);
+            s.passing_numbers.resize(accepted.len(), 0.0);
+            a.apply(&s.outside.known, &mut s.passing_numbers, &mut s.operator);
+            let drawn = s.passing_numbers.par_iter().zip(&s.outside.drawn_to).zip(&s.terms.draw);
             let right = s.right.par_iter_mut().zip(drawn).with_min_len(LIGHT_ROWS);
             right.for_each(|(b, ((known, drawn_to), draw))| *b += draw * drawn_to - known);
         } else {

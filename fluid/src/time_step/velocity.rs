@@ -31,13 +31,13 @@ impl<const D: usize> Fluid<D> {
             &s.terms.own,
             inverse_density,
             p,
-            &mut s.accelerations,
+            &mut s.operator.fluid,
         );
         pressure_operator::structure_gradients(&s.neighbourhood, p, &mut self.output.pressure_gradients);
 
         let velocities = &mut trial.velocities;
         let with_pressure =
-            velocities.par_iter_mut().zip(&s.predicted).zip(&s.accelerations).with_min_len(ROWS);
+            velocities.par_iter_mut().zip(&s.predicted).zip(&s.operator.fluid).with_min_len(ROWS);
         with_pressure.for_each(|((u, predicted), a)| *u = predicted + a * dt);
         // Work of moving boundaries, by the transpose: what the projection itself may have given the fluid.
         let compliance = &self.compliance;
@@ -60,7 +60,7 @@ impl<const D: usize> Fluid<D> {
                 inverse_density,
                 &self.properties.gravity,
                 p,
-                &mut s.difference,
+                &mut s.passing,
             );
             if paper {
                 s.confidence.resize(p.len(), 1.0);
@@ -72,7 +72,7 @@ impl<const D: usize> Fluid<D> {
                     &mut s.confidence,
                 );
             }
-            let differences = s.difference.par_iter_mut().zip(&s.accelerations).zip(&s.confidence);
+            let differences = s.passing.par_iter_mut().zip(&s.operator.fluid).zip(&s.confidence);
             differences.with_min_len(ROWS).for_each(|((d, a), phi)| *d = (*d - a) * (phi * dt));
             let taken =
                 mass * parallel::sum(p.len(), |a| {
@@ -89,10 +89,10 @@ impl<const D: usize> Fluid<D> {
             report.gradient_share = if paper {
                 1.0
             } else {
-                velocity_correction::admissible_share(mass, velocities, &s.difference, &fall, budget)
+                velocity_correction::admissible_share(mass, velocities, &s.passing, &fall, budget)
             };
             let theta = report.gradient_share;
-            let corrected = velocities.par_iter_mut().zip(&s.difference).with_min_len(ROWS);
+            let corrected = velocities.par_iter_mut().zip(&s.passing).with_min_len(ROWS);
             corrected.for_each(|(u, d)| *u += d * theta);
             s.confidence.iter_mut().for_each(|phi| *phi *= theta);
         } else {
