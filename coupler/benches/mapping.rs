@@ -55,12 +55,15 @@ fn mappings(criterion: &mut Criterion) {
             let mut mapping = Mapping::build(settings.clone(), source, &target).expect("a plate");
             let moves = [(source.clone(), target.clone()), (bent(source), bent(&target))];
             let mut turn = 0;
-            group.bench_function(BenchmarkId::new("rebuild", count), |bencher| {
-                bencher.iter(|| {
-                    turn = 1 - turn;
-                    mapping.update(&moves[turn].0, &moves[turn].1).expect("a bent plate");
+            for (bench, threads) in [("rebuild", 1), ("rebuild with two threads", 2)] {
+                mapping.use_threads(threads);
+                group.bench_function(BenchmarkId::new(bench, count), |bencher| {
+                    bencher.iter(|| {
+                        turn = 1 - turn;
+                        mapping.update(&moves[turn].0, &moves[turn].1).expect("a bent plate");
+                    });
                 });
-            });
+            }
             let mut followed = vec![0.0; target.len()];
             group.bench_function(BenchmarkId::new("consistent", count), |bencher| {
                 bencher.iter(|| mapping.consistent(2, black_box(source), &mut followed));
