@@ -78,33 +78,32 @@
 //!
 //! # What a step costs
 //!
-//! Measured with `examples/step_cost.rs` on a column that collapses (0.24 s at 2,300 and 9,000 particles, 0.10 s at 50,000, its very beginning at 500,000), each
-//! step three times, the least time of each stage, on a machine of two cores that was busy otherwise, with a copy bandwidth of 31 to 38 GB/s on one thread and up to 64 on two. Iterations and memory are the present
-//! code's; the times were taken before particles were sorted and the preconditioner followed diagonals, with up to 0.9 iterations more, and have not been taken again on a machine as quiet.
+//! Measured with `examples/step_cost.rs` on a column that collapses (0.27 s at 2,300 particles, 0.24 s at 9,000, 0.10 s at 50,000, 0.01 s at 500,000), each
+//! step three times, the least time of each stage, on an idle machine of two cores with a copy bandwidth of 33 GB/s on one thread and up to 69 on two.
 //!
 //! | µs a particle and step, one thread / two | 2,300 | 9,000 | 50,000 | 500,000 |
 //! |---|---|---|---|---|
-//! | tolerance 1e-3 | 1.16 / 0.72 | 1.18 / 0.66 | 1.44 / 0.74 | 1.15 / 0.67 |
-//! | its iterations, pressure and positions | 6.0, 3.2 | 6.1, 1.1 | 6.0, 1.2 | 2.0, 2.0 |
-//! | tolerance 1e-6 | 1.50 / 0.96 | 1.59 / 0.89 | 2.05 / 1.05 | 1.98 / 1.03 |
-//! | its iterations | 13.0, 3.3 | 13.0, 1.2 | 12.7, 1.2 | 9.0, 2.0 |
-//! | memory (kB a particle) | 1.66 | 1.39 | 1.22 | 1.20 |
+//! | tolerance 1e-3 | 1.40 / 0.89 | 1.29 / 0.75 | 1.46 / 0.80 | 1.06 / 0.60 |
+//! | its iterations, pressure and positions | 6.3, 3.3 | 6.1, 1.2 | 6.0, 1.2 | 2.0, 1.0 |
+//! | tolerance 1e-6 | 1.86 / 1.15 | 1.79 / 0.98 | 2.15 / 1.15 | 1.65 / 0.90 |
+//! | its iterations | 12.9, 3.2 | 13.0, 1.2 | 13.0, 1.2 | 8.0, 1.0 |
+//! | memory (kB a particle) | 1.7 | 1.39 | 1.23 | 1.19 |
 //!
-//! A dam that has broken and splashed for 2.4 s (8,800 particles, 9.2 and 3.3 iterations, 0.28 hierarchies a step) takes 1.75 µs and 1.41 kB. `cases/dam_break`
-//! with 9,000 particles takes 8.0 and 3.6 iterations a step in the mean of its 3.84 s, 10.5 and 5.0 in the eighth in which the wave falls back, and never more than 16. With other load on the second core
-//! two threads gain less: 1.1 to 1.5 at 2,300 particles instead of 1.6.
+//! A dam that has broken and splashed for 2.4 s (8,800 particles, 9.2 and 3.3 iterations, 0.28 hierarchies a step) takes 1.75 µs (on a busy machine) and 1.41 kB. `cases/dam_break`
+//! with 9,000 particles takes 8.0 and 3.6 iterations a step in the mean of its 3.84 s, 10.5 and 5.0 in the eighth in which the wave falls back, and never more than 16. Two threads
+//! gain less in a small fluid that makes its hierarchy often: 1.28 at 2,300 particles after 0.56 s.
 //! At 50,000 particles and 1e-3, bandwidth counted as the example's `traffic` says:
 //!
 //! | stage | share | GB/s on one thread, two | two threads are faster by |
 //! |---|---|---|---|
-//! | neighbours, kernel sums, surface | 0.26 | 3.7, 6.8 | 1.85 |
-//! | assembly, hierarchy | 0.03 | 14.2, 23.5 | 1.66 |
-//! | position projection | 0.12 | 14.7, 28.8 | 1.96 |
-//! | prediction | 0.05 | 11.2, 21.5 | 1.92 |
-//! | pressure solve | 0.48 | 13.9, 29.3 | 2.1 |
-//! | velocity, loads | 0.03 | 22.2, 42.0 | 1.89 |
-//! | motion, accounts | 0.03 | 11.5, 18.7 | 1.63 |
-//! | whole | 1 | 11.3, 22.1 | 1.96 |
+//! | neighbours, kernel sums, surface | 0.24 | 3.9, 6.4 | 1.64 |
+//! | assembly, hierarchy | 0.02 | 15.0, 23.5 | 1.57 |
+//! | position projection | 0.13 | 14.3, 27.2 | 1.90 |
+//! | prediction | 0.05 | 10.7, 19.7 | 1.83 |
+//! | pressure solve | 0.47 | 13.8, 27.7 | 2.00 |
+//! | velocity, loads | 0.04 | 17.5, 33.8 | 1.93 |
+//! | motion, accounts | 0.04 | 8.0, 12.7 | 1.60 |
+//! | whole | 1 | 11.2, 20.4 | 1.83 |
 //!
 //! No stage comes near the copy bandwidth on one thread: the caches hold much of what is gathered, and arithmetic and latency take the time. What runs
 //! on one thread whatever there are is 6 % of a step in which a hierarchy is made (9,000 particles: 1.9 % aggregates, 1.4 % surface, the rest in pieces), 4 % of one in

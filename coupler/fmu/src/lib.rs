@@ -13,7 +13,7 @@
 //! | [`archive`] | the zip file: unpacked beside the outputs, with the library of this platform |
 //! | [`description`] | `modelDescription.xml` of either version, as far as it is needed |
 //! | [`wiring`] | which variables are behind which port, and what is recorded |
-//! | [`unit`] | what an instance can do, whatever its version: [`fmi3`] and [`fmi2`] |
+//! | [`mod@unit`] | what an instance can do, whatever its version: `fmi3` and `fmi2` |
 //! | [`participant`] | an instance as an [`interfaces::Participant`]; a window is a step |
 //!
 //! Solving a window again needs the unit's state back (`canGetAndSetFMUState`). A unit that cannot give it takes part in explicit schemes without prediction; more
