@@ -225,13 +225,13 @@ fn a_reduced_unit_meets_our_fluid_through_a_mapping() {
         given.iter().zip(&applied).all(|(g, a)| (g - a).abs() <= 1e-9 * g.abs()),
         "{given:?} {applied:?}"
     );
-    // The gate bends as the whole interface does, to what sixteen points in the place of 32 particles give.
+    // The gate bends as with all 64 particles of its interface: a smooth load at sixteen points is nearly the same load. Measured: 3e-5.
     let whole = bench.coarse_gate("native", &[]);
     let tip = |outputs: &Outputs| {
         outputs.table("probes.csv").get("tip.ux").expect("a probe").last().copied().expect("rows")
     };
     let (reduced, whole) = (tip(&outputs), tip(&whole));
-    assert!((reduced / whole - 1.0).abs() < 0.2, "{reduced} {whole}");
+    assert!((reduced / whole - 1.0).abs() < 3e-4, "{reduced} {whole}");
 }
 
 /// Units on both sides, of another hand both: meniscus as nothing but the coupling.

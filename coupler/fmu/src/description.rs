@@ -2,6 +2,7 @@
 
 use roxmltree::{Document, Node};
 use std::collections::BTreeMap;
+use std::fmt;
 
 /// Version of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,6 +11,15 @@ pub enum Version {
     Fmi2,
     /// FMI 3.0.
     Fmi3,
+}
+
+impl fmt::Display for Version {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Fmi2 => "FMI 2.0",
+            Self::Fmi3 => "FMI 3.0",
+        })
+    }
 }
 
 /// Type of a variable. Those of FMI 2.0 have the names that they got in FMI 3.0.

@@ -4,7 +4,7 @@ use crate::Error;
 use crate::archive::{Archive, Unpacked};
 use crate::saved;
 use crate::unit::{Instance, Stepped, instantiate};
-use crate::wiring::{Values, Wire, Wiring, file_name, version_name, wire};
+use crate::wiring::{Values, Wire, Wiring, wire};
 use interfaces::case::Case;
 use interfaces::case::resolved::{Start, Unit};
 use interfaces::port::names;
@@ -39,7 +39,7 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
     Ok(Box::new(UnitParticipant {
         description: Description {
             role,
-            solver: format!("{} ({} unit)", described.model, version_name(described.version)),
+            solver: format!("{} ({} unit)", described.model, described.version),
             dimension: case.general.dimension,
             ports: wiring.wires.iter().map(|wire| wire.port.clone()).collect(),
             scalars,
@@ -48,7 +48,7 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
         _unpacked: unpacked,
         wiring,
         abilities: Abilities {
-            name: file_name(&unit.file),
+            name: unit.file.file_name().unwrap_or_default().to_string_lossy().into_owned(),
             token: described.token.clone(),
             keeps_state: described.keeps_state,
             serializes_state: described.serializes_state,
@@ -78,7 +78,7 @@ pub fn preview(case: &Case, role: Role) -> Result<Vec<(String, String)>, Error> 
     archive.library(&described)?;
     let wiring = wire(unit, &described, case, role)?;
     let mut lines = vec![
-        ("FMU".to_owned(), format!("{} ({})", described.model, version_name(described.version))),
+        ("FMU".to_owned(), format!("{} ({})", described.model, described.version)),
         (
             "state kept, serialised".to_owned(),
             format!("{}, {}", described.keeps_state, described.serializes_state),

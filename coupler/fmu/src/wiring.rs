@@ -3,13 +3,12 @@
 mod values;
 
 use crate::Error;
-use crate::description::{Causality, Description, Type, Variable, Version};
+use crate::description::{Causality, Description, Type, Variable};
 use interfaces::case::Case;
 use interfaces::case::resolved::{Probe, Unit};
 use interfaces::case::unit::ParameterValue;
 use interfaces::port::names;
 use interfaces::{Direction, Exchange, Port, Quantity, Role, Scalar, ScalarKind};
-use std::path::Path;
 
 /// A unit's part in a coupling.
 #[derive(Clone, Debug, PartialEq)]
@@ -289,17 +288,4 @@ fn fits(kind: Type, value: &ParameterValue) -> Result<(), String> {
         (_, ParameterValue::Numbers(values)) => values.iter().try_for_each(|value| number(*value)),
         (_, ParameterValue::Boolean(_) | ParameterValue::Text(_)) => Err(format!("it is of type {kind:?}")),
     }
-}
-
-/// How a version is named in print.
-pub fn version_name(version: Version) -> &'static str {
-    match version {
-        Version::Fmi2 => "FMI 2.0",
-        Version::Fmi3 => "FMI 3.0",
-    }
-}
-
-/// The name of a unit in messages: its file's.
-pub fn file_name(file: &Path) -> String {
-    file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned()
 }
