@@ -6,6 +6,7 @@ use crate::support::{Bench, COARSE, Ended, Outputs, Running, assert_same, gone, 
 use interfaces::Role;
 use output::summary::Status;
 use rustix::process::{Pid, Signal, kill_process};
+use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// A run of the coarse gate that does not end by itself while a test looks.
@@ -78,6 +79,31 @@ fn a_killed_participant_is_named_and_nothing_is_left() {
             let report = bench.call(&["report", &outputs.0.display().to_string()]);
             assert_eq!(report.status.code(), Some(0), "{}", report.errors);
         }
+    }
+}
+
+/// While a process makes its node, services and ports, iceoryx2 cannot remove what it leaves; a kill at that moment must leave nothing all the same.
+#[test]
+fn who_is_killed_while_connecting_leaves_nothing() {
+    for millisecond in 0..12 {
+        let bench = Bench::new();
+        let victim = [Role::Fluid, Role::Structure][millisecond % 2];
+        let run = endless(&bench, "out", &[]);
+        let process = run.participant(victim);
+        sleep(Duration::from_millis(millisecond as u64));
+        kill_process(process, Signal::KILL).expect("it runs");
+        let ended = noticed(run);
+        failed_in_order(&bench, "out", &ended, &[&format!("the {victim} failed while"), "signal 9"]);
+    }
+    for milliseconds in [8, 16, 24, 32] {
+        let bench = Bench::new();
+        let run = endless(&bench, "out", &[]);
+        sleep(Duration::from_millis(milliseconds));
+        // The coupler. Participants that it has started end by themselves; if there are none, the next run finds what it left.
+        run.signal(Signal::KILL);
+        drop(run);
+        bench.coarse_gate("next", &[]);
+        until("an empty shared memory", || bench.left().is_empty().then_some(()));
     }
 }
 
@@ -195,7 +221,7 @@ fn a_second_interrupt_ends_the_run_at_once() {
     // A participant that hangs keeps the first one waiting.
     kill_process(participants[0], Signal::STOP).expect("it runs");
     run.signal(Signal::INT);
-    std::thread::sleep(Duration::from_millis(50));
+    sleep(Duration::from_millis(50));
     run.signal(Signal::INT);
     assert_eq!(noticed(run).status.code(), Some(130));
     // Nobody is left to kill it; it ends when it goes on.

@@ -5,11 +5,13 @@
 //! before it starts the participant; the participant opens them. Names and settings of the services are in `docs/protocol.md`.
 //!
 //! Everything a run leaves in shared memory belongs to a *node*, one a connection and side. Whoever finds a dead node removes what it
-//! left: the survivors of a run when they notice, and any later run of the same user when it starts.
+//! left: the survivors of a run when they notice, and any later run of the same user when it starts. The last of a domain to go, or the first to
+//! come, removes what no node accounts for: `presence`.
 
 mod address;
 mod connection;
 mod peer;
+mod presence;
 
 pub use address::{Address, new_run};
 pub use connection::{Connection, Message};

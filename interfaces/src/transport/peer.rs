@@ -1,6 +1,7 @@
 //! Whether the other side lives, and what is left of the dead.
 
 use super::Address;
+use super::presence::Presence;
 use crate::ParticipantError;
 use crate::protocol::MessageHeader;
 use iceoryx2::identifiers::UniqueNodeId;
@@ -91,19 +92,24 @@ impl<S: Service> Peer<S> {
 }
 
 /// A node of ours. Creating one removes what dead nodes of the domain left; the last of a domain to go leaves nothing.
-pub(super) struct OwnNode<S: Service>(Option<Node<S>>);
+pub(super) struct OwnNode<S: Service> {
+    /// Nothing only while it is dropped, which has to come before the presence ends.
+    node: Option<Node<S>>,
+    _presence: Presence,
+}
 
 impl<S: Service> OwnNode<S> {
     pub(super) fn new(address: &Address) -> Result<Self, ParticipantError> {
         let failed = |what: String| ParticipantError::Transport { during: "opening a node".to_owned(), what };
         set_log_level_from_env_or(LogLevel::Fatal);
         let config = address.config().map_err(failed)?;
+        let presence = Presence::enter(address).map_err(|e| failed(format!("{e} ({})", address.root())))?;
         let node = NodeBuilder::new()
             .config(&config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<S>()
             .map_err(|e| failed(format!("{e:?} ({})", address.root())))?;
-        Ok(Self(Some(node)))
+        Ok(Self { node: Some(node), _presence: presence })
     }
 
     /// Removes what dead nodes left, waiting for others who do the same.
@@ -116,36 +122,15 @@ impl<S: Service> Deref for OwnNode<S> {
     type Target = Node<S>;
 
     fn deref(&self) -> &Node<S> {
-        self.0.as_ref().expect("the node is there until it is dropped")
+        self.node.as_ref().expect("the node is there until it is dropped")
     }
 }
 
 impl<S: Service> Drop for OwnNode<S> {
     fn drop(&mut self) {
-        let Some(node) = self.0.take() else { return };
-        node.blocking_cleanup_dead_nodes(CLEAN_UP);
-        let config = node.config().clone();
-        drop(node);
-        // A dead node that could not be removed needs no counter.
-        let mut others = false;
-        let listed = Node::<S>::list(&config, |state| {
-            others |= !matches!(state, NodeState::Dead(_));
-            CallbackProgression::Continue
-        });
-        if listed.is_ok() && !others {
-            remove_node_counter::<S>(&config);
-        }
+        self.clean_up();
+        self.node = None;
     }
-}
-
-/// Removes the one entry in shared memory that outlives all nodes of a domain: the counter that is part of a new node's identity.
-fn remove_node_counter<S: Service>(config: &Config) {
-    // SAFETY: no node of the domain is left. A process that starts at this moment keeps the counter it mapped, or creates another;
-    // the identity of its node is unique either way, for process and time in nanoseconds are part of it.
-    #[expect(unsafe_code, reason = "the library offers no other way to leave nothing in shared memory")]
-    let removed = unsafe { iceoryx2::testing::remove_global_mgmt_segment::<S>(config) };
-    // What cannot be removed is 16 bytes, which the next run uses and removes.
-    let _ = removed;
 }
 
 /// Removes what processes of the address's domain left in shared memory when they were killed. Who kills participants calls it

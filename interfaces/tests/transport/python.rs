@@ -67,6 +67,6 @@ fn springs_in_python_swing_as_they_should() {
     structure.terminate().unwrap();
     drop(structure);
     assert!(process.wait().unwrap().success());
-    // The last to leave was not ours, and left the counter of nodes.
+    // The last to leave was not ours, and left the library's counter of nodes.
     remove_stale(&address).unwrap();
 }
