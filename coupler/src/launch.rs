@@ -73,6 +73,11 @@ impl Child {
         self.peak_memory_bytes
     }
 
+    /// Its number.
+    pub fn id(&self) -> Pid {
+        Pid::from_child(&self.process)
+    }
+
     /// Processor time of the process so far (s).
     pub fn cpu_seconds(&self) -> f64 {
         cpu_seconds(Some(self.process.id()))

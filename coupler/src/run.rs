@@ -91,6 +91,8 @@ pub const CASE: &str = "case.toml";
 const RESOLVED: &str = "# The case as resolved by meniscus: every default filled in, all overrides applied.";
 /// Folders into which a role's functional mock-up unit is unpacked while it runs.
 const UNPACKED: [&str; 2] = ["fluid_fmu", "structure_fmu"];
+/// Key of the summary's coupler: windows that were solved with all processes on one core ([`crate::placement`]).
+const WINDOWS_ON_ONE_CORE: &str = "windows_on_one_core";
 /// File of the summary.
 pub const SUMMARY: &str = "summary.json";
 
@@ -238,10 +240,12 @@ fn windows(
     let stop = || options.stop.load(Ordering::Relaxed);
     let onward = || if stop() { Onward::Stop } else { Onward::Continue };
 
+    let mut placement = participants.placement(case);
     let (result, sums, schedule) = if case.coupling.is_some() {
         let mut coupled = Coupled::initialize(case, options, participants)?;
         let result = coupled.run(case, |accepted, pair| {
             progress_to(&mut progress, participants, accepted, &[&pair.fluid, &pair.structure]);
+            placement.window();
             onward()
         });
         let Coupled { mut pair, schedule, mut records, .. } = coupled;
@@ -272,6 +276,9 @@ fn windows(
     for role in summary.roles.values_mut() {
         role.wait_seconds = (started.elapsed().as_secs_f64() - role.compute_seconds).max(0.0);
     }
+    let coupler = summary.roles.entry("coupler".to_owned()).or_default();
+    coupler.extra.insert(WINDOWS_ON_ONE_CORE.to_owned(), placement.windows_together().into());
+    drop(placement);
     summary.windows = schedule.windows();
     summary.simulated_seconds = schedule.time();
     if summary.simulated_seconds >= case.general.end_time {

@@ -1,6 +1,6 @@
 //! `meniscus bench exchange`, and what a trace and an early end leave, as a user runs them.
 
-use crate::support::{Bench, MENISCUS};
+use crate::support::{Bench, MENISCUS, assert_same};
 use output::summary::Status;
 
 #[test]
@@ -89,4 +89,36 @@ fn a_steady_state_of_the_case_ends_the_run() {
     assert_eq!(summary.status, Status::Completed);
     assert!(summary.message.is_some_and(|why| why.starts_with("a steady state")));
     assert!(summary.simulated_seconds < 5.0, "{}", summary.simulated_seconds);
+}
+
+#[test]
+fn where_processes_are_executed_changes_no_result() {
+    let bench = Bench::new();
+    let run = |out: &str, share: &str| {
+        let words = [
+            "cases/elastic_gate",
+            "--set",
+            &mock("fluid", "harmonic gradient=0,1e3 frequency=1"),
+            "--set",
+            &mock("structure", "spring-mass stiffness=400"),
+            "--set",
+            "case.end_time=1",
+            "--set",
+            "coupling.max_window=1e-3",
+            "--set",
+            share,
+            "--no-report",
+        ];
+        let ended = bench.start_run(out, &words).wait();
+        assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+        let outputs = bench.outputs(out);
+        let together = outputs.summary().roles["coupler"].extra["windows_on_one_core"].as_u64();
+        (outputs, together.expect("a number"))
+    };
+    let (tried, together) = run("tried", "coupling.share_core=true");
+    let (apart, never) = run("apart", "coupling.share_core=false");
+    assert_same(&tried, &apart);
+    // How many there are otherwise is for the machine to say. A block of them is tried wherever windows take less than a millisecond.
+    println!("{together} of 1000 windows on one core");
+    assert_eq!(never, 0);
 }

@@ -126,9 +126,11 @@ fn timed(
     let mut coupled = Coupled::initialize(case, options, participants)?;
     let cpu = |participants: &Participants| launch::cpu_seconds(None) + participants.cpu_seconds();
     let (mut before, mut after) = (0.0, 0.0);
+    let mut placement = participants.placement(case);
     let mut last = Instant::now();
     let result = coupled.run(case, |accepted, _| {
         times.push(last.elapsed().as_secs_f64());
+        placement.window();
         let done = accepted.window.index + 1;
         if done == warm_up(windows) {
             times.clear();

@@ -2,6 +2,7 @@
 
 use super::{BenchError, Measured, Options, Series, warm_up};
 use crate::launch::{self, Child};
+use crate::placement::Placement;
 use interfaces::protocol::Kind;
 use interfaces::transport::{Connection, ipc};
 use interfaces::{Address, ParticipantError, Role, new_run, remove_stale};
@@ -84,6 +85,7 @@ pub(super) fn measure(
     let (of_structure, of_fluid) = series.solutions();
     let mut times = Vec::with_capacity(windows as usize);
     let mut cpu = 0.0;
+    let mut placement = Placement::new(&[structure.child.id(), fluid.child.id()]);
     for window in 0..windows {
         if window == warm_up(windows) {
             times.clear();
@@ -100,6 +102,7 @@ pub(super) fn measure(
             leg.connection.send_raw(Kind::Accept, &[], false)?;
         }
         times.push(started.elapsed().as_secs_f64());
+        placement.window();
     }
     let cpu_seconds = (cpu_seconds(&[&structure, &fluid]) - cpu) / times.len() as f64;
     let mut peak_memory_bytes = launch::peak_memory_bytes(None);

@@ -3,6 +3,7 @@
 use super::{ByRole, CASE, Options, RunError};
 use crate::launch::{self, Child};
 use crate::mapped::{Filling, Mapped};
+use crate::placement::Placement;
 use crate::schemes::SchemeError;
 use crate::side::{Side, SideError};
 use crate::timing::Timing;
@@ -121,6 +122,13 @@ impl Participants {
     /// Processor time of all processes that were started (s).
     pub(crate) fn cpu_seconds(&self) -> f64 {
         self.children.values().map(|child| child.borrow().cpu_seconds()).sum()
+    }
+
+    /// Where the processes are executed: apart, unless the case lets both that we started share a core with us.
+    pub(crate) fn placement(&self, case: &Case) -> Placement {
+        let may = case.coupling.as_ref().is_some_and(|coupling| coupling.share_core);
+        let started: Vec<_> = self.children.values().map(|child| child.borrow().id()).collect();
+        Placement::new(if may && started.len() == 2 { &started } else { &[] })
     }
 
     /// Hands over the side of that role, if the case has it.

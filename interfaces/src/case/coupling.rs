@@ -42,6 +42,8 @@ pub struct CouplingKeys {
     /// Longest wait for an answer of a participant (s); 60 if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub deadline: Option<f64>,
+    /// Whether the processes of a serial scheme may be put on one core where windows are so short that waking takes most of their time; yes if left out.
+    pub share_core: Option<bool>,
     /// From iterate to iterate of an implicit scheme.
     pub acceleration: Option<AccelerationKeys>,
     /// When the iterations of an implicit scheme end.
@@ -168,6 +170,8 @@ pub struct Coupling {
     pub enforce_condition_46: bool,
     /// Longest wait for an answer of a participant (s).
     pub deadline: f64,
+    /// Whether the processes may be put on one core where windows are short; never in parallel order.
+    pub share_core: bool,
     /// Order of the extrapolation to the first iterate; only with an implicit scheme.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub extrapolation: Option<u32>,
@@ -273,6 +277,11 @@ impl CouplingScheme {
     /// Whether a window is solved again until it converges.
     pub fn is_implicit(self) -> bool {
         matches!(self, Self::SerialImplicit | Self::ParallelImplicit)
+    }
+
+    /// Whether both participants solve at the same time.
+    pub fn is_parallel(self) -> bool {
+        matches!(self, Self::ParallelExplicit | Self::ParallelImplicit)
     }
 }
 
@@ -399,6 +408,7 @@ impl CouplingKeys {
             compliance: self.compliance.unwrap_or(true),
             enforce_condition_46: self.enforce_condition_46.unwrap_or(true),
             deadline: self.deadline.unwrap_or(DEADLINE),
+            share_core: self.share_core.unwrap_or(!scheme.is_parallel()),
             extrapolation: implicit.then(|| self.extrapolation.unwrap_or(1)),
             acceleration: implicit.then(|| self.acceleration.clone().unwrap_or_default().resolve()),
             convergence: implicit.then(|| self.convergence.clone().unwrap_or_default().resolve()),

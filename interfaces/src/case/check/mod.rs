@@ -80,6 +80,10 @@ fn check_whole(file: &CaseFile, findings: &mut Findings) {
         let remedy = "leave it out, or take coupling.scheme = \"serial-explicit\"";
         findings.add("coupling.prediction", "only a serial explicit window has a prediction", remedy);
     }
+    if coupling.share_core == Some(true) && coupling.scheme.is_some_and(CouplingScheme::is_parallel) {
+        let remedy = "leave it out, or take coupling.scheme = \"serial-explicit\" or \"serial-implicit\"";
+        findings.add("coupling.share_core", "in parallel order both participants work at once", remedy);
+    }
     if coupling.steady_state.as_ref().is_some_and(|s| s.quantities.as_ref().is_some_and(Vec::is_empty)) {
         let remedy = "name \"position\", \"velocity\" or \"load\", or leave it out";
         findings.add("coupling.steady_state.quantities", "names nothing that could be steady", remedy);

@@ -139,6 +139,9 @@ const ROWS: &[(&str, &str, &str)] = &[
     ("[[probe]]",
      "[coupling]\nscheme = \"serial-implicit\"\nconvergence = { relativ = 0.1 }\n[[probe]]",
      "line 51: coupling.convergence.relativ = 0.1: there is no such key; did you mean \"relative\"?"),
+    ("[[probe]]",
+     "[coupling]\nscheme = \"parallel-explicit\"\nshare_core = true\n[[probe]]",
+     "line 51: coupling.share_core = true: in parallel order both participants work at once; leave it out, or take coupling.scheme = \"serial-explicit\" or \"serial-implicit\""),
     // Names.
     ("name = \"right\"\n",
      "name = \"left\"\n",
