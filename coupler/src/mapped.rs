@@ -5,6 +5,8 @@
 //! them come back by the transpose, as forces: force, moment and power are kept. A rigid motion stays one. Everything between fluid and structure is
 //! on the fluid's side of the mapping: condition (46), acceleration, records.
 
+pub mod fluid;
+
 use crate::mapping::{Mapping, MappingError, Method, POINTS_PER_CLUSTER, Settings};
 use crate::phase::{Announce, Phase};
 use interfaces::case::Case;
@@ -220,6 +222,24 @@ impl<P: Participant> Mapped<P> {
     }
 }
 
+/// Where weights were made, for a saved state.
+fn bytes_of(made_at: &[Vec<f64>; 2]) -> Vec<u8> {
+    made_at.iter().flatten().flat_map(|x| x.to_le_bytes()).collect()
+}
+
+/// The same from a saved state; what follows it there is the participant's own.
+fn read_positions<'a>(made_at: &mut [Vec<f64>; 2], state: &'a [u8]) -> Result<&'a [u8], ParticipantError> {
+    let count = made_at[0].len() + made_at[1].len();
+    let (bytes, own) = state
+        .split_at_checked(8 * count)
+        .ok_or_else(|| ParticipantError::failed("the saved state is not one of this mapping"))?;
+    let (values, _) = bytes.as_chunks::<8>();
+    for (x, bytes) in made_at.iter_mut().flatten().zip(values) {
+        *x = f64::from_le_bytes(*bytes);
+    }
+    Ok(own)
+}
+
 fn initialised(mapping: &Option<Mapping>) -> &Mapping {
     mapping.as_ref().expect("a mapping is made at initialisation, which comes before all else")
 }
@@ -293,21 +313,14 @@ impl<P: Participant> Participant for Mapped<P> {
 
     /// The structure's state, and where the weights were made.
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        let made_at = self.made_at.iter().flatten().flat_map(|x| x.to_le_bytes());
-        let mut state: Vec<u8> = made_at.collect();
+        let mut state = bytes_of(&self.made_at);
         state.extend(self.inner.save()?);
         Ok(state)
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        let lengths = [self.made_at[0].len(), self.made_at[1].len()];
-        let (made_at, own) = state
-            .split_at_checked(8 * (lengths[0] + lengths[1]))
-            .ok_or_else(|| ParticipantError::failed("the saved state is not one of this mapping"))?;
-        let (values, _) = made_at.as_chunks::<8>();
-        let values: Vec<f64> = values.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        let (source, target) = values.split_at(lengths[0]);
-        self.made_at = [source.to_vec(), target.to_vec()];
+        let own = read_positions(&mut self.made_at, state)?;
+        let [source, target] = &self.made_at;
         if let Some(mapping) = &mut self.mapping {
             mapping.update(source, target).map_err(failed)?;
         }

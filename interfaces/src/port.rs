@@ -25,6 +25,8 @@ pub enum Quantity {
     ReferenceVolume,
     /// Density of an interface particle in the reference configuration.
     Density,
+    /// Displacement of an interface point since the start.
+    Displacement,
     /// Force on an interface point that stands for no volume, such as the vertex of a boundary mesh.
     Force,
     /// Facet of a boundary mesh: the numbers of its vertices among the interface points, as many as there are dimensions.
@@ -35,7 +37,7 @@ impl Quantity {
     /// The SI unit, as it stands on the wire and in files.
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Position => "m",
+            Self::Position | Self::Displacement => "m",
             Self::Velocity => "m/s",
             Self::PressureGradient | Self::PairReaction => "Pa/m",
             Self::Pressure => "Pa",
@@ -51,6 +53,7 @@ impl Quantity {
     pub fn components(self, dimension: usize) -> usize {
         match self {
             Self::Position
+            | Self::Displacement
             | Self::Velocity
             | Self::PressureGradient
             | Self::PairReaction
@@ -66,6 +69,7 @@ impl fmt::Display for Quantity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Position => "position",
+            Self::Displacement => "displacement",
             Self::Velocity => "velocity",
             Self::PressureGradient => "pressure-gradient",
             Self::Pressure => "pressure",
@@ -174,7 +178,11 @@ pub mod names {
     pub const HELD_PRESSURE_GRADIENT: &str = "held_pressure_gradient";
     /// Coupler → structure: the load at the window's start, from which it goes linearly to [`PRESSURE_GRADIENT`] at the end.
     pub const START_PRESSURE_GRADIENT: &str = "start_pressure_gradient";
-    /// Coupler → a structure with points of its own: the force on each.
+    /// A fluid with points of its own → coupler, once: where they are at the start.
+    pub const OWN_POSITION: &str = "own_position";
+    /// Coupler → a fluid with points of its own: their displacement since then.
+    pub const DISPLACEMENT: &str = "displacement";
+    /// Coupler → a structure with points of its own: the force on each. A fluid with points of its own → coupler: the same of its points.
     pub const FORCE: &str = "force";
     /// Coupler → a structure with points of its own: the force on each at the window's start, from which it goes linearly to [`FORCE`].
     pub const START_FORCE: &str = "start_force";

@@ -78,6 +78,9 @@ fn ports_of(role: Role) -> Vec<(&'static str, Quantity, Direction, Exchange)> {
             (names::PAIR_REACTION, Quantity::PairReaction, Out, EveryWindow),
             (names::NORMAL, Quantity::Normal, Out, EveryWindow),
             (names::HELD_PRESSURE_GRADIENT, Quantity::PressureGradient, In, EveryWindow),
+            (names::OWN_POSITION, Quantity::Position, Out, Constant),
+            (names::DISPLACEMENT, Quantity::Displacement, In, EveryWindow),
+            (names::FORCE, Quantity::Force, Out, EveryWindow),
         ],
     });
     ports

@@ -2,6 +2,7 @@
 
 use super::{ByRole, CASE, Options, RunError};
 use crate::launch::{self, Child};
+use crate::mapped::fluid::MappedFluid;
 use crate::mapped::{Filling, Mapped};
 use crate::placement::Placement;
 use crate::schemes::SchemeError;
@@ -101,22 +102,29 @@ impl Participants {
         Ok(())
     }
 
-    /// A participant behind the table of legal calls, timed; a structure with points of its own behind its mapping.
+    /// A participant behind the table of legal calls, timed; one with points of its own behind its mapping.
     fn side(&self, case: &Case, participant: Box<dyn Participant>) -> Result<Side, RunError> {
         let timed = self.timing.timed(Guarded::new(participant));
-        let mapping = case.coupling.as_ref().and_then(|coupling| coupling.mapping.as_ref());
-        Ok(match mapping {
-            Some(mapping) if timed.describe().role == Role::Structure => {
+        let Some(coupling) = &case.coupling else { return Ok(Side::new(Box::new(timed))) };
+        let (role, announce) = (timed.describe().role, self.timing.announce());
+        // What a mapping makes of finite fields is checked again before it is passed on.
+        Ok(Side::new(match (role, &coupling.mapping, &coupling.fluid_mapping) {
+            (Role::Structure, Some(mapping), _) => {
                 let filling = Filling::of(case, mapping.spacing);
-                let mapped = Mapped::new(timed, mapping.clone(), filling, self.timing.announce());
-                let mut mapped = mapped.map_err(|e| failed(Role::Structure, "while shaking hands", e))?;
+                let mapped = Mapped::new(timed, mapping.clone(), filling, announce);
+                let mut mapped = mapped.map_err(|e| failed(role, "while shaking hands", e))?;
                 // While weights are made, nobody solves.
                 mapped.use_threads(super::threads(case));
-                // What a mapping makes of finite fields is checked again before it is passed on.
-                Side::new(Box::new(Guarded::new(mapped)))
+                Box::new(Guarded::new(mapped))
             }
-            _ => Side::new(Box::new(timed)),
-        })
+            (Role::Fluid, _, Some(mapping)) => {
+                let mapped = MappedFluid::new(timed, mapping.clone(), announce);
+                let mut mapped = mapped.map_err(|e| failed(role, "while shaking hands", e))?;
+                mapped.use_threads(super::threads(case));
+                Box::new(Guarded::new(mapped))
+            }
+            _ => Box::new(timed),
+        }))
     }
 
     /// Processor time of all processes that were started (s).

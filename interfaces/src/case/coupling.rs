@@ -53,6 +53,8 @@ pub struct CouplingKeys {
     pub extrapolation: Option<u32>,
     /// For a structure whose points are not those of the fluid; none if left out.
     pub mapping: Option<MappingKeys>,
+    /// For a fluid whose points are not the structure's particles; none if left out.
+    pub fluid_mapping: Option<FluidMappingKeys>,
     /// Steady state at which the run ends; none if left out.
     pub steady_state: Option<SteadyStateKeys>,
 }
@@ -67,6 +69,19 @@ pub struct MappingKeys {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing: Option<f64>,
     /// Farthest that a point may be from the structure's points (m); two spacings if left out.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub reach: Option<f64>,
+    /// Whether the weights are made anew every window, from where the points have gone; no if left out.
+    pub rebuild: Option<bool>,
+}
+
+/// Between the structure's particles and a fluid's own points: motion goes to these by the weights, forces come back by their transpose.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FluidMappingKeys {
+    /// Method; radial-basis if left out.
+    pub method: Option<FluidMappingMethod>,
+    /// Farthest that a point may be from the structure's particles (m); two of their spacings if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub reach: Option<f64>,
     /// Whether the weights are made anew every window, from where the points have gone; no if left out.
@@ -184,6 +199,9 @@ pub struct Coupling {
     /// For a structure whose points are not those of the fluid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<Mapping>,
+    /// For a fluid whose points are not the structure's particles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fluid_mapping: Option<FluidMapping>,
     /// Steady state at which the run ends.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub steady_state: Option<SteadyState>,
@@ -220,6 +238,29 @@ pub struct Mapping {
     pub reach: f64,
     /// Whether the weights are made anew every window.
     pub rebuild: bool,
+}
+
+/// Between the structure's particles and a fluid's own points.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FluidMapping {
+    /// Method.
+    pub method: FluidMappingMethod,
+    /// Farthest that a point may be from the structure's particles (m).
+    pub reach: f64,
+    /// Whether the weights are made anew every window.
+    pub rebuild: bool,
+}
+
+/// How a fluid's points follow the structure's particles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FluidMappingMethod {
+    /// As the nearest particle.
+    NearestNeighbour,
+    /// As the nearest particle, continued with the gradient that its neighbours give.
+    NearestNeighbourGradient,
+    /// By radial basis functions with local support.
+    RadialBasis,
 }
 
 /// How points follow others.
@@ -413,6 +454,11 @@ impl CouplingKeys {
             acceleration: implicit.then(|| self.acceleration.clone().unwrap_or_default().resolve()),
             convergence: implicit.then(|| self.convergence.clone().unwrap_or_default().resolve()),
             mapping: self.mapping.as_ref().map(|keys| keys.resolve(structure_spacing)),
+            fluid_mapping: self.fluid_mapping.as_ref().map(|keys| FluidMapping {
+                method: keys.method.unwrap_or(FluidMappingMethod::RadialBasis),
+                reach: keys.reach.unwrap_or(2.0 * structure_spacing),
+                rebuild: keys.rebuild.unwrap_or(false),
+            }),
             steady_state: self.steady_state.as_ref().map(SteadyStateKeys::resolve),
         }
     }

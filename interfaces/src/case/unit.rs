@@ -42,7 +42,13 @@ pub struct Variables {
     /// Pressure gradient at the window's start (Pa/m): a structure takes it, where the load is linear within a window.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_pressure_gradient: Option<Source>,
-    /// Force on the interface points (N): a structure with points of its own takes it.
+    /// Positions of its own points at the start (m): a fluid with such points gives them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub own_position: Option<Source>,
+    /// Displacement of its own points since the start (m): a fluid with such points takes it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub displacement: Option<Source>,
+    /// Force on its own points (N): a structure with such points takes it, a fluid gives it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<Source>,
     /// Force at the window's start (N): a structure with points of its own takes it, where the load is linear within a window.
@@ -87,7 +93,7 @@ pub type Parameters = BTreeMap<String, ParameterValue>;
 
 impl Variables {
     /// The ports and where their values are, as far as the case says.
-    pub fn ports(&self) -> [(&'static str, Option<&Source>); 13] {
+    pub fn ports(&self) -> [(&'static str, Option<&Source>); 15] {
         [
             (names::REFERENCE_VOLUME, self.reference_volume.as_ref()),
             (names::DENSITY, self.density.as_ref()),
@@ -100,6 +106,8 @@ impl Variables {
             (names::NORMAL, self.normal.as_ref()),
             (names::HELD_PRESSURE_GRADIENT, self.held_pressure_gradient.as_ref()),
             (names::START_PRESSURE_GRADIENT, self.start_pressure_gradient.as_ref()),
+            (names::OWN_POSITION, self.own_position.as_ref()),
+            (names::DISPLACEMENT, self.displacement.as_ref()),
             (names::FORCE, self.force.as_ref()),
             (names::START_FORCE, self.start_force.as_ref()),
         ]

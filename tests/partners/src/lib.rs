@@ -29,7 +29,9 @@ pub mod stand_in;
 pub mod structure;
 
 pub use faulty::{Fault, Faulty};
-pub use fluid::{AddedMassColumn, Constant, GivenVelocity, Harmonic, Hydrostatic, WallModel};
+pub use fluid::{
+    AddedMassColumn, Constant, GivenVelocity, Harmonic, Hydrostatic, SurfacePressure, WallModel,
+};
 pub use idle::Idle;
 pub use recording::{Log, Recorded, Recording};
 pub use scripted::{Script, Scripted};

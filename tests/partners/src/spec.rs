@@ -2,7 +2,7 @@
 
 use crate::{
     AddedMassColumn, Constant, Fault, Faulty, GivenVelocity, Harmonic, Hydrostatic, Idle, Integration, Law,
-    Points, Prescribed,
+    Points, Prescribed, SurfacePressure,
 };
 use crate::{Model, Rigid, Script, Scripted, SpringMass, StandIn, WallModel, fluid::Load};
 use interfaces::{Participant, Role};
@@ -26,6 +26,8 @@ struct Kind {
 enum Side {
     Structure,
     Fluid,
+    /// No options but its own.
+    FluidOfItsOwnPoints,
     Either,
 }
 
@@ -92,6 +94,19 @@ const KINDS: &[Kind] = &[
                 Some("0"),
                 "thickness (m) of a plate that is dry beneath; 0: a submerged body",
             ),
+        ],
+    },
+    Kind {
+        name: "surface-pressure",
+        side: Side::FluidOfItsOwnPoints,
+        summary: "a fluid at rest around a body, on a boundary mesh of its own: behind coupling.fluid_mapping; two dimensions",
+        options: &[
+            ("outline", None, "cells of the box whose outline it is, as 8x2"),
+            ("spacing", Some("0.01"), "their width (m)"),
+            ("origin", Some("0"), "its lower left corner (m)"),
+            ("density", Some("1000"), "density (kg/m³)"),
+            ("gravity", Some("9.81"), "gravity (m/s²)"),
+            ("level", None, "height H of the surface (m)"),
         ],
     },
     Kind {
@@ -259,8 +274,8 @@ pub fn help() -> String {
         list(&format!("{}: {}", kind.name, kind.summary), kind.options);
     }
     list("every structure", STRUCTURE);
-    list("every fluid", FLUID);
-    list("every mock but idle and scripted", ANY);
+    list("every fluid but surface-pressure", FLUID);
+    list("every mock but idle, scripted and surface-pressure", ANY);
     let fault: Choice =
         ("fault", Some(""), "KIND@WHERE, may be repeated: error, panic, nan[:POINT], no-points, scalars,");
     list("every mock", &[fault]);
@@ -274,7 +289,7 @@ fn options(kind: &Kind) -> impl Iterator<Item = Choice> {
     let (any, side): (&[Choice], &[Choice]) = match kind.side {
         Side::Structure => (ANY, STRUCTURE),
         Side::Fluid => (ANY, FLUID),
-        Side::Either => (&[], &[]),
+        Side::FluidOfItsOwnPoints | Side::Either => (&[], &[]),
     };
     kind.options.iter().chain(side).chain(any).copied()
 }
@@ -285,6 +300,17 @@ fn make(read: &mut Read) -> Option<Box<dyn Participant>> {
     }
     if read.kind.name == "idle" {
         return read.idle().map(|idle| Box::new(idle) as _);
+    }
+    if read.kind.name == "surface-pressure" {
+        let outline = read.text("outline")?;
+        let (origin, spacing) = (read.vector("origin", 2), read.positive("spacing"));
+        let mock = SurfacePressure {
+            density: read.positive("density"),
+            gravity: read.number("gravity"),
+            level: read.number("level"),
+            outline: read.outline(&outline, 2, &origin, spacing, 1.0)?,
+        };
+        return stand_in(Some(mock), f64::INFINITY);
     }
     let d = read.dimension()?;
     let limit = read.positive("window_limit");
@@ -488,19 +514,29 @@ impl Read<'_> {
         let (spacing, density) = (self.positive("spacing"), self.positive("density"));
         let outline = self.text("outline")?;
         if !outline.is_empty() {
-            let read: Vec<usize> = outline.split('x').filter_map(|n| n.parse().ok()).collect();
-            return match read[..] {
-                [nx, ny] if d == 2 && nx > 0 && ny > 0 => {
-                    Some(Points::on_outline([nx, ny], &origin, spacing, density))
-                }
-                _ => self.wrong(
-                    "outline",
-                    &outline,
-                    "two positive whole numbers with x between them, in two dimensions",
-                ),
-            };
+            return self.outline(&outline, d, &origin, spacing, density);
         }
         Some(Points::on_lattice(&counts, &origin, spacing, density))
+    }
+
+    fn outline(
+        &mut self,
+        text: &str,
+        d: usize,
+        origin: &[f64],
+        spacing: f64,
+        density: f64,
+    ) -> Option<Points> {
+        let counts: Vec<usize> = text.split('x').filter_map(|n| n.parse().ok()).collect();
+        match counts[..] {
+            [nx, ny] if d == 2 && nx > 0 && ny > 0 && text.split('x').count() == 2 => {
+                Some(Points::on_outline([nx, ny], origin, spacing, density))
+            }
+            _ => {
+                let wanted = "two positive whole numbers with x between them, in two dimensions";
+                self.wrong("outline", text, wanted)
+            }
+        }
     }
 
     fn idle(&mut self) -> Option<Idle> {

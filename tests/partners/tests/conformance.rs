@@ -5,7 +5,7 @@ use interfaces::{SubSteps, TimeWindow, WindowReport};
 use partners::conformance::{Options, check, plausible};
 use partners::{Log, Recording, build};
 
-const MOCKS: [&str; 18] = [
+const MOCKS: [&str; 19] = [
     "rigid points=4",
     "rigid dimension=3 grid=2x3x2",
     "prescribed",
@@ -14,6 +14,7 @@ const MOCKS: [&str; 18] = [
     "spring-mass points=40 stiffness=1e4 damping=3 displacement=0.01",
     "spring-mass dimension=3 grid=4x1x1 integration=rk4 velocity=0,0,1 window_limit=1e-3",
     "hydrostatic level=0.03",
+    "surface-pressure outline=4x2 level=0.03",
     "hydrostatic dimension=3 level=0.03 plate_thickness=0.02 reaction_factor=0.9",
     "constant gradient=100,-20 pressure=5",
     "constant dimension=3 gradient=100",

@@ -105,6 +105,7 @@ pub fn plausible(time: f64, variant: u32, inputs: &mut Fields) {
             *value = match port.quantity {
                 Quantity::Position => 0.01 * point + 1e-3 * wave,
                 Quantity::Velocity => 0.1 * wave,
+                Quantity::Displacement => 1e-3 * wave,
                 Quantity::PressureGradient | Quantity::PairReaction => 1e3 * (1.0 + wave),
                 Quantity::Pressure => 100.0 * (1.0 + wave),
                 Quantity::Normal => f64::from(u8::from(at % components == components - 1)),
@@ -147,6 +148,9 @@ fn description(d: &Description) -> Vec<String> {
     }
     let needed: &[(&str, Quantity)] = match d.role {
         Role::Structure => &[(names::POSITION, Quantity::Position), (names::VELOCITY, Quantity::Velocity)],
+        Role::Fluid if d.ports.iter().any(|port| port.name == names::OWN_POSITION) => {
+            &[(names::OWN_POSITION, Quantity::Position), (names::FORCE, Quantity::Force)]
+        }
         Role::Fluid => &[(names::PRESSURE_GRADIENT, Quantity::PressureGradient)],
     };
     for (name, quantity) in needed {

@@ -5,9 +5,11 @@ mod constant;
 mod harmonic;
 mod hydrostatic;
 mod load;
+mod surface_pressure;
 
 pub use added_mass_column::{AddedMassColumn, GivenVelocity, WallModel};
 pub use constant::Constant;
 pub use harmonic::Harmonic;
 pub use hydrostatic::Hydrostatic;
 pub use load::Load;
+pub use surface_pressure::SurfacePressure;
