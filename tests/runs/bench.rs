@@ -1,6 +1,6 @@
 //! `meniscus bench exchange`, and what a trace and an early end leave, as a user runs them.
 
-use crate::support::{Bench, MENISCUS, assert_same};
+use crate::support::{Bench, Ended, MENISCUS, Outputs, assert_same};
 use output::summary::Status;
 
 #[test]
@@ -25,6 +25,19 @@ fn the_exchange_is_measured_and_leaves_nothing() {
     }
 }
 
+/// A run between these mocks, with more settings, which must complete.
+fn completed(bench: &Bench, out: &str, fluid: &str, structure: &str, settings: &[&str]) -> (Outputs, Ended) {
+    let mocks = [mock("fluid", fluid), mock("structure", structure)];
+    let settings = mocks.iter().map(String::as_str).chain(settings.iter().copied());
+    let words: Vec<_> = ["cases/elastic_gate", "--no-report", "--trace"]
+        .into_iter()
+        .chain(settings.flat_map(|setting| ["--set", setting]))
+        .collect();
+    let ended = bench.start_run(out, &words).wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    (bench.outputs(out), ended)
+}
+
 /// `<role>.participant.command` for `meniscus mock <words>`.
 fn mock(role: &str, words: &str) -> String {
     let words: Vec<_> = words.split_whitespace().map(|word| format!("\"{word}\"")).collect();
@@ -34,23 +47,9 @@ fn mock(role: &str, words: &str) -> String {
 #[test]
 fn a_run_that_a_participant_ends_completes_and_says_why() {
     let bench = Bench::new();
-    let ended = bench
-        .start_run(
-            "out",
-            &[
-                "cases/elastic_gate",
-                "--set",
-                &mock("fluid", "constant gradient=0,1e3 end_after=0.015"),
-                "--set",
-                &mock("structure", "spring-mass"),
-                "--set",
-                "case.output_interval=0.01",
-                "--trace",
-            ],
-        )
-        .wait();
-    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
-    let summary = bench.outputs("out").summary();
+    let fluid = "constant gradient=0,1e3 end_after=0.015";
+    let (outputs, ended) = completed(&bench, "out", fluid, "spring-mass", &["case.output_interval=0.01"]);
+    let summary = outputs.summary();
     assert_eq!(summary.status, Status::Completed);
     assert_eq!(summary.message.as_deref(), Some("the fluid asked for it"));
     assert_eq!((summary.windows, summary.simulated_seconds), (2, 0.02));
@@ -65,27 +64,14 @@ fn a_run_that_a_participant_ends_completes_and_says_why() {
 #[test]
 fn a_steady_state_of_the_case_ends_the_run() {
     let bench = Bench::new();
-    let ended = bench
-        .start_run(
-            "out",
-            &[
-                "cases/elastic_gate",
-                "--set",
-                &mock("fluid", "constant gradient=0,1e3"),
-                "--set",
-                &mock("structure", "spring-mass stiffness=400 damping=20"),
-                "--set",
-                "coupling.steady_state={ rate = 1e-3, duration = 0.1 }",
-                "--set",
-                "case.end_time=100",
-                "--set",
-                "coupling.max_window=0.01",
-                "--no-report",
-            ],
-        )
-        .wait();
-    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
-    let summary = bench.outputs("out").summary();
+    let settings = [
+        "coupling.steady_state={ rate = 1e-3, duration = 0.1 }",
+        "case.end_time=100",
+        "coupling.max_window=0.01",
+    ];
+    let structure = "spring-mass stiffness=400 damping=20";
+    let (outputs, _) = completed(&bench, "out", "constant gradient=0,1e3", structure, &settings);
+    let summary = outputs.summary();
     assert_eq!(summary.status, Status::Completed);
     assert!(summary.message.is_some_and(|why| why.starts_with("a steady state")));
     assert!(summary.simulated_seconds < 5.0, "{}", summary.simulated_seconds);
@@ -95,23 +81,9 @@ fn a_steady_state_of_the_case_ends_the_run() {
 fn where_processes_are_executed_changes_no_result() {
     let bench = Bench::new();
     let run = |out: &str, share: &str| {
-        let words = [
-            "cases/elastic_gate",
-            "--set",
-            &mock("fluid", "harmonic gradient=0,1e3 frequency=1"),
-            "--set",
-            &mock("structure", "spring-mass stiffness=400"),
-            "--set",
-            "case.end_time=1",
-            "--set",
-            "coupling.max_window=1e-3",
-            "--set",
-            share,
-            "--no-report",
-        ];
-        let ended = bench.start_run(out, &words).wait();
-        assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
-        let outputs = bench.outputs(out);
+        let settings = ["case.end_time=1", "coupling.max_window=1e-3", share];
+        let fluid = "harmonic gradient=0,1e3 frequency=1";
+        let (outputs, _) = completed(&bench, out, fluid, "spring-mass stiffness=400", &settings);
         let together = outputs.summary().roles["coupler"].extra["windows_on_one_core"].as_u64();
         (outputs, together.expect("a number"))
     };

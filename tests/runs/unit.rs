@@ -5,7 +5,7 @@ mod spring_unit;
 
 use crate::support::{Bench, COARSE, MENISCUS, Outputs};
 use output::summary::Status;
-use spring_unit::Spring;
+use spring_unit::{Spring, case_text};
 use std::fs;
 use std::time::{Duration, Instant};
 
@@ -64,36 +64,8 @@ fn case(bench: &Bench, fluid: &str, structure: &str) -> String {
 }
 
 fn case_of(bench: &Bench, fluid: &str, structure: &str) -> String {
-    let text = format!(
-        r#"
-[case]
-title = "Spring"
-dimension = 2
-end_time = 0.2
-output_interval = 0.02
-particle_spacing = 0.01
-
-[fluid]
-density = 1000.0
-kinematic_viscosity = 1e-6
-domain = {{ low = [0.0, 0.0], high = [1.0, 1.0] }}
-participant = {fluid}
-
-[structure]
-participant = {structure}
-
-[structure.material]
-law = "saint-venant-kirchhoff"
-youngs_modulus = 1e6
-poisson_ratio = 0.3
-density = 1000.0
-
-[coupling]
-max_window = 0.004
-sub_steps = 10
-deadline = 1.0
-"#
-    );
+    let coupling = "[coupling]\nmax_window = 0.004\nsub_steps = 10\ndeadline = 1.0";
+    let text = case_text(fluid, structure, 0.2, coupling);
     let file = bench.path("case.toml");
     fs::write(&file, text).expect("a case");
     file.display().to_string()

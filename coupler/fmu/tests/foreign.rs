@@ -11,7 +11,7 @@ use interfaces::case::coupling::StructureVelocity::Mean;
 use interfaces::port::names;
 use interfaces::{Guarded, Participant, Role, SubSteps};
 use partners::{build, conformance};
-use spring_unit::Spring;
+use spring_unit::{Spring, case_text};
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -21,31 +21,7 @@ fn case(participant: &str) -> Case {
 }
 
 fn case_of(fluid: &str, structure: &str) -> Case {
-    let text = format!(
-        r#"
-[case]
-title = "Spring"
-dimension = 2
-end_time = 1.0
-output_interval = 0.1
-particle_spacing = 0.01
-
-[fluid]
-density = 1000.0
-kinematic_viscosity = 1e-6
-domain = {{ low = [0.0, 0.0], high = [1.0, 1.0] }}
-participant = {fluid}
-
-[structure]
-participant = {structure}
-
-[structure.material]
-law = "saint-venant-kirchhoff"
-youngs_modulus = 1e6
-poisson_ratio = 0.3
-density = 1000.0
-"#
-    );
+    let text = case_text(fluid, structure, 1.0, "");
     Case::parse(&text, Path::new("/case.toml"), &[]).unwrap_or_else(|errors| panic!("{errors}"))
 }
 

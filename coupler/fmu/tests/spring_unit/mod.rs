@@ -9,6 +9,38 @@ use std::process::Command;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
+/// A case of nothing but what units and mocks need, whose sides these participants solve; coupled where it says how.
+pub fn case_text(fluid: &str, structure: &str, end_time: f64, coupling: &str) -> String {
+    let output_interval = 0.1 * end_time;
+    format!(
+        r#"
+[case]
+title = "Spring"
+dimension = 2
+end_time = {end_time}
+output_interval = {output_interval}
+particle_spacing = 0.01
+
+[fluid]
+density = 1000.0
+kinematic_viscosity = 1e-6
+domain = {{ low = [0.0, 0.0], high = [1.0, 1.0] }}
+participant = {fluid}
+
+[structure]
+participant = {structure}
+
+[structure.material]
+law = "saint-venant-kirchhoff"
+youngs_modulus = 1e6
+poisson_ratio = 0.3
+density = 1000.0
+
+{coupling}
+"#
+    )
+}
+
 /// What the unit says of itself.
 #[derive(Clone, Copy)]
 pub struct Spring {
