@@ -1,0 +1,153 @@
+//! `Φ = L D Lᵀ` of eight clusters at once, a lane each, and the form in which one cluster's factors are kept.
+//!
+//! Rows come in blocks of [`BLOCK`]; where a cluster has fewer points, rows of the identity follow. A block of rows holds `L` column by column up to its
+//! own diagonal, [`BLOCK`] entries each: what a block of unknowns needs is in one run.
+
+use super::lanes::{LANES, Lanes};
+use pulp::NullaryFnOnce;
+
+/// Rows worked on at once: a block of them by as many columns fills sixteen registers with sums.
+pub(super) const BLOCK: usize = 4;
+
+/// A pivot below this is lost in the rounding of a matrix with ones on its diagonal.
+const LOST: f64 = 1e-13;
+
+/// Wendland's C² function, positive definite in up to three dimensions, for `q ≤ 1`.
+#[inline(always)]
+pub(super) fn wendland_c2(q: f64) -> f64 {
+    let rest = 1.0 - q;
+    (rest * rest) * (rest * rest) * (4.0 * q + 1.0)
+}
+
+/// Entries of the factors before a block of rows, and of all where there are so many.
+#[inline(always)]
+pub(super) fn offset(block: usize) -> usize {
+    BLOCK * BLOCK * block * (block + 1) / 2
+}
+
+/// The matrices of [`LANES`] clusters and room for their factors.
+pub(super) struct Factorise<'a, const D: usize> {
+    /// Positions of the points, a whole number of blocks; over the support of the functions, none further from another than one.
+    pub places: &'a [[Lanes; D]],
+    /// One where a cluster has the point, zero behind its last.
+    pub present: &'a [Lanes],
+    /// `L`, [`offset`] of the number of blocks.
+    pub factors: &'a mut [Lanes],
+    /// `D⁻¹`.
+    pub inverse_pivots: &'a mut [Lanes],
+}
+
+impl<const D: usize> Factorise<'_, D> {
+    /// The first row of each cluster whose pivot is lost in rounding, if there is one.
+    pub fn run(self) -> [Option<usize>; LANES] {
+        pulp::Arch::new().dispatch(self)
+    }
+
+    /// `φ` of two points.
+    #[inline(always)]
+    fn entry(&self, row: usize, column: usize) -> Lanes {
+        let mut squared = Lanes::ZERO;
+        for c in 0..D {
+            let off = self.places[row][c] - self.places[column][c];
+            squared += off * off;
+        }
+        squared.map(|s| wendland_c2(s.sqrt())) * self.present[row]
+    }
+
+    /// Entries of two blocks of points.
+    #[inline(always)]
+    fn entries(&self, rows: usize, columns: usize) -> [[Lanes; BLOCK]; BLOCK] {
+        let mut entries = [[Lanes::ZERO; BLOCK]; BLOCK];
+        for r in 0..BLOCK {
+            for c in 0..BLOCK {
+                entries[r][c] = self.entry(BLOCK * rows + r, BLOCK * columns + c);
+            }
+        }
+        entries
+    }
+
+    /// `U = L D` of a block left of the diagonal: what is left of Φ, with the triangle of that block's own rows divided out.
+    #[inline(always)]
+    fn solve_block(&mut self, block: usize, other: usize) {
+        let mut sums = self.entries(block, other);
+        let (done, own) = self.factors.split_at_mut(offset(block));
+        let theirs = done[offset(other)..].as_chunks::<BLOCK>().0;
+        let own = own.as_chunks_mut::<BLOCK>().0;
+        for (u, l) in own[..BLOCK * other].iter().zip(&theirs[..BLOCK * other]) {
+            for r in 0..BLOCK {
+                for c in 0..BLOCK {
+                    sums[r][c] -= u[r] * l[c];
+                }
+            }
+        }
+        for c in 0..BLOCK {
+            for before in 0..c {
+                let l = theirs[BLOCK * other + before][c];
+                for r in 0..BLOCK {
+                    let less = sums[r][before] * l;
+                    sums[r][c] -= less;
+                }
+            }
+            for r in 0..BLOCK {
+                own[BLOCK * other + c][r] = sums[r][c];
+            }
+        }
+    }
+
+    /// `L` from `U` left of the diagonal, and the triangle on it.
+    #[inline(always)]
+    fn finish_block(&mut self, block: usize, lost: &mut [Option<usize>; LANES]) {
+        let mut sums = self.entries(block, block);
+        for c in 0..BLOCK {
+            sums[c][c] = Lanes::splat(1.0);
+        }
+        let own = self.factors[offset(block)..].as_chunks_mut::<BLOCK>().0;
+        for (column, inverse) in own[..BLOCK * block].iter_mut().zip(&*self.inverse_pivots) {
+            let u = *column;
+            *column = u.map(|u| u * *inverse);
+            for r in 0..BLOCK {
+                for c in 0..=r {
+                    sums[r][c] -= u[r] * column[c];
+                }
+            }
+        }
+        for c in 0..BLOCK {
+            let row = BLOCK * block + c;
+            let mut pivot = sums[c][c];
+            if pivot.0.iter().any(|pivot| *pivot <= LOST) {
+                for lane in 0..LANES {
+                    if pivot.0[lane] <= LOST {
+                        lost[lane] = lost[lane].or(Some(row));
+                        pivot.0[lane] = 1.0;
+                    }
+                }
+            }
+            let inverse = pivot.map(|pivot| 1.0 / pivot);
+            self.inverse_pivots[row] = inverse;
+            let u: [Lanes; BLOCK] = std::array::from_fn(|r| sums[r][c]);
+            for r in 0..BLOCK {
+                let l = if r > c { u[r] * inverse } else { Lanes::ZERO };
+                own[row][r] = l;
+                for after in c + 1..=r {
+                    sums[r][after] -= l * u[after];
+                }
+            }
+        }
+    }
+}
+
+impl<const D: usize> NullaryFnOnce for Factorise<'_, D> {
+    type Output = [Option<usize>; LANES];
+
+    #[inline(always)]
+    fn call(mut self) -> Self::Output {
+        let mut lost = [None; LANES];
+        for block in 0..self.places.len() / BLOCK {
+            for other in 0..block {
+                self.solve_block(block, other);
+            }
+            self.finish_block(block, &mut lost);
+        }
+        lost
+    }
+}
