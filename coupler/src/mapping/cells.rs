@@ -17,7 +17,7 @@ pub(super) const NONE: u32 = u32::MAX;
 pub(super) struct Sources<'a, const D: usize> {
     pub grid: &'a CellGrid,
     pub positions: &'a [[f64; D]],
-    /// Of a cluster (m).
+    /// Of a cluster's ball, and spacing of the lattice (m).
     pub radius: f64,
 }
 

@@ -80,16 +80,14 @@ impl<const D: usize> Factorise<'_, D> {
                 }
             }
         }
-        for c in 0..BLOCK {
-            for before in 0..c {
-                let l = theirs[BLOCK * other + before][c];
-                for r in 0..BLOCK {
-                    let less = sums[r][before] * l;
-                    sums[r][c] -= less;
-                }
-            }
-            for r in 0..BLOCK {
-                own[BLOCK * other + c][r] = sums[r][c];
+        let triangle = &theirs[BLOCK * other..][..BLOCK];
+        for r in 0..BLOCK {
+            let [u0, mut u1, mut u2, mut u3] = sums[r];
+            u1 -= u0 * triangle[0][1];
+            u2 -= u0 * triangle[0][2] + u1 * triangle[1][2];
+            u3 -= u0 * triangle[0][3] + u1 * triangle[1][3] + u2 * triangle[2][3];
+            for (c, u) in [u0, u1, u2, u3].into_iter().enumerate() {
+                own[BLOCK * other + c][r] = u;
             }
         }
     }

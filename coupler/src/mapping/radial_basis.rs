@@ -1,6 +1,7 @@
 //! Radial basis functions with local support: a partition of unity over clusters of source points.
 //!
-//! Balls of radius `R` around the nodes of a lattice of spacing `R` overlap so that every target is inside one or more. In each ball the source
+//! Balls of radius `R` around the nodes of a lattice of spacing `R` overlap so that every target is inside one or more (with nodes 1.2 `R` apart a fifth of
+//! the time was saved; the error was 1.4 times as large, and of 400 random clouds six had a target at a corner with no ball to follow). In each ball the source
 //! points are interpolated by a linear polynomial, fitted by least squares, and Wendland's C² function of what the polynomial leaves:
 //!
 //! ```text
@@ -156,8 +157,9 @@ struct CellScratch {
     values: Vec<Lanes>,
     unknowns: Vec<Lanes>,
     sums: Vec<Lanes>,
+    /// Points of the union that are in a row, and their columns.
+    taken: Vec<u32>,
     columns: Vec<u32>,
-    weights: Vec<f64>,
 }
 
 impl Part {
@@ -372,11 +374,11 @@ impl Part {
             };
             arch.dispatch(weigh);
         }
+        let mut listed = 0;
         for (lane, &number) in order.iter().enumerate() {
             let (w, l) = (lane / LANES, lane % LANES);
             let point = self.targets.start + number as usize;
-            let total = total[w].0[l];
-            if total <= 0.0 {
+            if total[w].0[l] <= 0.0 {
                 let sources =
                     (0..CORNERS).filter(|k| inside[lane] >> k & 1 == 1).map(|k| cell.clusters[k] as usize);
                 let sources = sources.map(|k| cells.starts[k + 1] - cells.starts[k]).max().unwrap_or(0);
@@ -386,22 +388,32 @@ impl Part {
             }
             let from = slots.starts[number as usize] - slots.starts[0];
             let to = slots.starts[number as usize + 1] - slots.starts[0];
-            // One slot more than there are points, so that those that are not in the row can be written over.
-            scratch.columns.resize(union.len() + 1, 0);
-            scratch.weights.resize(union.len() + 1, 0.0);
-            let (columns, weights) = (&mut scratch.columns[..], &mut scratch.weights[..]);
-            let mut length = 0;
-            for ((sum, &column), corners) in sums.iter().zip(union).zip(corners) {
-                let weight = sum[w].0[l] / total;
-                columns[length] = column;
-                weights[length] = weight;
-                let taken = corners & inside[lane] != 0;
-                *zeros |= taken && weight == 0.0;
-                length += usize::from(taken);
+            if listed != inside[lane] {
+                listed = inside[lane];
+                list(listed, union, corners, &mut scratch.taken, &mut scratch.columns);
             }
-            slots.columns[from..to].copy_from_slice(&columns[..to - from]);
-            slots.weights[from..to].copy_from_slice(&weights[..to - from]);
+            slots.columns[from..to].copy_from_slice(&scratch.columns[..to - from]);
+            let (mut zero, per_total) = (false, 1.0 / total[w].0[l]);
+            for (weight, &slot) in slots.weights[from..to].iter_mut().zip(&scratch.taken) {
+                *weight = sums[slot as usize][w].0[l] * per_total;
+                zero |= *weight == 0.0;
+            }
+            *zeros |= zero;
         }
+    }
+}
+
+/// Lists which points of a union are in a row of targets in the balls around these corners, and their columns.
+fn list(inside: u8, union: &[u32], corners: &[u8], taken: &mut Vec<u32>, columns: &mut Vec<u32>) {
+    // One more than there are points, so that those that are not in the row can be written over.
+    taken.resize(union.len() + 1, 0);
+    columns.resize(union.len() + 1, 0);
+    let (taken, columns) = (&mut taken[..], &mut columns[..]);
+    let mut length = 0;
+    for (slot, (&column, corners)) in union.iter().zip(corners).enumerate() {
+        taken[length] = slot as u32;
+        columns[length] = column;
+        length += usize::from(corners & inside != 0);
     }
 }
 

@@ -116,14 +116,12 @@ impl<const D: usize, const W: usize> Weigh<'_, D, W> {
                 }
             }
             let triangle = &columns[BLOCK * block..][..BLOCK];
-            for c in 0..BLOCK {
-                for r in c + 1..BLOCK {
-                    for w in 0..W {
-                        let less = sums[c][w] * triangle[c][r];
-                        sums[r][w] -= less;
-                    }
-                }
-            }
+            eliminate::<W, 1, 0>(&mut sums, triangle[0][1]);
+            eliminate::<W, 2, 0>(&mut sums, triangle[0][2]);
+            eliminate::<W, 3, 0>(&mut sums, triangle[0][3]);
+            eliminate::<W, 2, 1>(&mut sums, triangle[1][2]);
+            eliminate::<W, 3, 1>(&mut sums, triangle[1][3]);
+            eliminate::<W, 3, 2>(&mut sums, triangle[2][3]);
             unknown[..BLOCK].copy_from_slice(&sums);
         }
     }
@@ -154,15 +152,14 @@ impl<const D: usize, const W: usize> Weigh<'_, D, W> {
                 }
                 at += BLOCK * (block + 2 + k);
             }
-            let triangle = &self.cluster.factors[offset(block)..].as_chunks::<BLOCK>().0[BLOCK * block..];
-            for r in (0..BLOCK).rev() {
-                for c in 0..r {
-                    for w in 0..W {
-                        let less = sums[r][w] * triangle[c][r];
-                        sums[c][w] -= less;
-                    }
-                }
-            }
+            let triangle =
+                &self.cluster.factors[offset(block)..].as_chunks::<BLOCK>().0[BLOCK * block..][..BLOCK];
+            eliminate::<W, 2, 3>(&mut sums, triangle[2][3]);
+            eliminate::<W, 1, 3>(&mut sums, triangle[1][3]);
+            eliminate::<W, 0, 3>(&mut sums, triangle[0][3]);
+            eliminate::<W, 1, 2>(&mut sums, triangle[1][2]);
+            eliminate::<W, 0, 2>(&mut sums, triangle[0][2]);
+            eliminate::<W, 0, 1>(&mut sums, triangle[0][1]);
             unknown[..BLOCK].copy_from_slice(&sums);
         }
     }
@@ -204,6 +201,15 @@ impl<const D: usize, const W: usize> Weigh<'_, D, W> {
             quality.take(weight, place);
         }
         quality
+    }
+}
+
+/// Takes the part of unknown `FROM` out of row `ROW` of a block. (By hand, as loops over a triangle are not unrolled, and sums then not kept in registers.)
+#[inline(always)]
+fn eliminate<const W: usize, const ROW: usize, const FROM: usize>(sums: &mut [[Lanes; W]; BLOCK], l: f64) {
+    for w in 0..W {
+        let less = sums[FROM][w] * l;
+        sums[ROW][w] -= less;
     }
 }
 
