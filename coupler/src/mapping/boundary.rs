@@ -13,7 +13,7 @@ const LEAF: usize = 4;
 const DEPTH: usize = 36;
 
 /// A box with what is in it: children, or facets.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Node {
     lower: [f64; 3],
     upper: [f64; 3],
@@ -22,12 +22,32 @@ struct Node {
     to: u32,
     /// The second child (the first follows its parent); zero for a leaf.
     second: u32,
+    /// Middle of the box.
+    middle: [f64; 3],
+    /// The box, a little widened: how far to each side of the middle.
+    half: [f64; 3],
+    /// A unit vector, and how far from it the unit normal of a facet is at most.
+    normal: [f64; 3],
+    spread: f64,
+    /// How far from the middle a point of the box is at most, across that vector.
+    across: f64,
+}
+
+/// Memory of a search.
+#[derive(Clone, Debug)]
+pub(super) struct Stack {
+    /// Nodes still to be looked at, and the distance squared (m²) of each where it is known.
+    nodes: [u32; DEPTH],
+    distances: [f64; DEPTH],
+    length: usize,
 }
 
 /// The boundary: facets of `D` vertices, by number of source point.
 #[derive(Clone, Debug)]
 pub(super) struct Boundary {
     facets: Vec<usize>,
+    /// Positions of the facets' vertices (m), flat.
+    corners: Vec<f64>,
     /// Facets in the order of the leaves.
     order: Vec<u32>,
     nodes: Vec<Node>,
@@ -50,11 +70,17 @@ impl Boundary {
             return Err(MappingError::Facets { length: facets.len(), dimension });
         }
         let closed = is_closed(&facets, dimension);
-        Ok(Self { facets, order: Vec::new(), nodes: Vec::new(), closed })
+        Ok(Self { facets, corners: Vec::new(), order: Vec::new(), nodes: Vec::new(), closed })
     }
 
     /// Builds the tree for the positions `source` of the points; later only its boxes are drawn anew.
     pub fn update<const D: usize>(&mut self, source: &[[f64; D]]) -> Result<(), MappingError> {
+        if let Some(at) = self.facets.iter().position(|&vertex| vertex >= source.len()) {
+            let (facet, vertex) = (at / D, self.facets[at]);
+            return Err(MappingError::Vertex { facet, vertex, points: source.len() });
+        }
+        self.corners.clear();
+        self.corners.extend(self.facets.iter().flat_map(|&vertex| source[vertex]));
         self.check(source)?;
         if self.nodes.is_empty() {
             self.order = (0..(self.facets.len() / D) as u32).collect();
@@ -73,30 +99,31 @@ impl Boundary {
 
     /// Positions of a facet's vertices.
     #[inline]
-    pub fn corners<const D: usize>(&self, source: &[[f64; D]], facet: usize) -> [[f64; D]; D] {
-        let mut corners = [[0.0; D]; D];
-        for (corner, &vertex) in corners.iter_mut().zip(self.vertices::<D>(facet)) {
-            *corner = source[vertex];
-        }
-        corners
+    pub fn corners<const D: usize>(&self, facet: usize) -> &[[f64; D]; D] {
+        &self.corners.as_chunks::<D>().0.as_chunks::<D>().0[facet]
     }
 
-    /// Visits facets that may be nearer to `x` than a bound, near boxes first. `visit(facet, bound)` returns the next bound, a distance
-    /// squared (m²); facets at exactly the bound are visited too.
+    /// Visits facets that may be nearer to `x` than a bound, near boxes first; with `upright` only those that may have a line to it perpendicular to them,
+    /// up to an angle of 1e-6. `visit(facet, bound)` returns the next bound, a distance squared (m²); facets at exactly the bound are visited too.
     pub fn visit_near<const D: usize>(
         &self,
         x: &[f64; D],
         bound: f64,
+        upright: bool,
+        stack: &mut Stack,
         mut visit: impl FnMut(usize, f64) -> f64,
     ) {
         let mut bound = bound;
-        let mut stack = Stack::new();
+        stack.length = 0;
         stack.push(0, self.nodes[0].distance_squared(x));
         while let Some((at, distance)) = stack.pop() {
             if distance > bound {
                 continue;
             }
             let node = &self.nodes[at];
+            if upright && node.is_beside(x, bound) {
+                continue;
+            }
             if node.second == 0 {
                 for &facet in &self.order[node.from as usize..node.to as usize] {
                     bound = visit(facet as usize, bound);
@@ -118,13 +145,13 @@ impl Boundary {
     /// The nearest point of the boundary, and its distance squared (m²). The search is short where the facet that `hint` names is near.
     pub fn nearest<const D: usize>(
         &self,
-        source: &[[f64; D]],
         x: &[f64; D],
         hint: Option<usize>,
+        stack: &mut Stack,
     ) -> (Foot<D>, f64) {
         let mut best: Option<(f64, Foot<D>)> = None;
         let mut look_at = |facet| {
-            let foot = self.foot(source, facet, x);
+            let foot = self.foot(facet, x);
             let squared = distance_squared(&foot.position, x);
             if best.is_none_or(|(least, ref nearest)| (squared, facet) < (least, nearest.facet)) {
                 best = Some((squared, foot));
@@ -132,31 +159,34 @@ impl Boundary {
             best.map_or(f64::INFINITY, |(least, _)| least)
         };
         let bound = hint.map_or(f64::INFINITY, &mut look_at);
-        self.visit_near(x, bound, |facet, _| look_at(facet));
+        self.visit_near(x, bound, false, stack, |facet, _| look_at(facet));
         let (squared, foot) = best.expect("a boundary has a facet, and positions are finite");
         (foot, squared)
     }
 
     /// The point of `facet` nearest to `x`.
-    pub fn foot<const D: usize>(&self, source: &[[f64; D]], facet: usize, x: &[f64; D]) -> Foot<D> {
-        let corners = self.corners(source, facet);
-        let barycentric = facet::nearest(&corners, x);
-        Foot { facet, barycentric, position: facet::point(&corners, &barycentric) }
+    #[inline]
+    pub fn foot<const D: usize>(&self, facet: usize, x: &[f64; D]) -> Foot<D> {
+        let corners = self.corners(facet);
+        let barycentric = facet::nearest(corners, x);
+        Foot { facet, barycentric, position: facet::point(corners, &barycentric) }
     }
 
     /// The first point beyond `t > after` where the ray `origin + t direction` meets the boundary, with its `t`. The search is short where the facet that
     /// `hint` names is met soon.
     pub fn first_meeting<const D: usize>(
         &self,
-        source: &[[f64; D]],
         origin: &[f64; D],
         direction: &[f64; D],
         after: f64,
         hint: Option<usize>,
+        stack: &mut Stack,
     ) -> Option<(f64, Foot<D>)> {
         let mut best: Option<(f64, usize, [f64; D])> = None;
         let mut look_at = |facet: usize| {
-            if let Some((t, b)) = facet::meet(&self.corners(source, facet), origin, direction)
+            let corners = self.corners(facet);
+            if !facet::is_missed(corners, origin, direction)
+                && let Some((t, b)) = facet::meet(corners, origin, direction)
                 && t > after
                 && best.is_none_or(|(best_t, best_facet, _)| (t, facet) < (best_t, best_facet))
             {
@@ -166,7 +196,7 @@ impl Boundary {
         };
         let mut bound = hint.map_or(f64::INFINITY, &mut look_at);
         let inverse = direction.map(|c| 1.0 / c);
-        let mut stack = Stack::new();
+        stack.length = 0;
         stack.push(0, 0.0);
         while let Some((at, _)) = stack.pop() {
             let node = &self.nodes[at];
@@ -183,7 +213,7 @@ impl Boundary {
             }
         }
         best.map(|(t, facet, barycentric)| {
-            let position = facet::point(&self.corners(source, facet), &barycentric);
+            let position = facet::point(self.corners(facet), &barycentric);
             (t, Foot { facet, barycentric, position })
         })
     }
@@ -192,11 +222,8 @@ impl Boundary {
     fn check<const D: usize>(&self, source: &[[f64; D]]) -> Result<(), MappingError> {
         let mut volume = 0.0;
         for (facet, vertices) in self.facets.as_chunks::<D>().0.iter().enumerate() {
-            if let Some(&vertex) = vertices.iter().find(|&&v| v >= source.len()) {
-                return Err(MappingError::Vertex { facet, vertex, points: source.len() });
-            }
-            let corners = self.corners(source, facet);
-            let normal = facet::normal(&corners);
+            let corners = self.corners::<D>(facet);
+            let normal = facet::normal(corners);
             let longest = (1..D).map(|k| distance_squared(&corners[k], &corners[0])).fold(0.0, f64::max);
             // Length of the normal: that of the segment, or base times height of the triangle.
             let extent = dot(&normal, &normal);
@@ -215,13 +242,7 @@ impl Boundary {
     /// Adds the node of the slots `from..to` and its children; boxes are drawn later.
     fn split<const D: usize>(&mut self, source: &[[f64; D]], from: usize, to: usize) {
         let at = self.nodes.len();
-        self.nodes.push(Node {
-            lower: [0.0; 3],
-            upper: [0.0; 3],
-            from: from as u32,
-            to: to as u32,
-            second: 0,
-        });
+        self.nodes.push(Node { from: from as u32, to: to as u32, ..Node::default() });
         if to - from <= LEAF {
             return;
         }
@@ -246,14 +267,31 @@ impl Boundary {
         let second = self.nodes[at].second as usize;
         if second == 0 {
             self.draw_box_of_slots(source, at);
-            return;
+            self.draw_normals_of_slots::<D>(at);
+        } else {
+            let (a, b) = (self.nodes[at + 1], self.nodes[second]);
+            let node = &mut self.nodes[at];
+            for i in 0..D {
+                node.lower[i] = a.lower[i].min(b.lower[i]);
+                node.upper[i] = a.upper[i].max(b.upper[i]);
+            }
+            node.take_normals::<D>([(a.normal, a.spread), (b.normal, b.spread)].into_iter());
         }
-        let (a, b) = (self.nodes[at + 1], self.nodes[second]);
-        let node = &mut self.nodes[at];
-        for i in 0..D {
-            node.lower[i] = a.lower[i].min(b.lower[i]);
-            node.upper[i] = a.upper[i].max(b.upper[i]);
-        }
+        self.nodes[at].finish::<D>();
+    }
+
+    fn draw_normals_of_slots<const D: usize>(&mut self, at: usize) {
+        let Self { corners, order, nodes, .. } = self;
+        let node = &mut nodes[at];
+        let corners = corners.as_chunks::<D>().0.as_chunks::<D>().0;
+        let normals = order[node.from as usize..node.to as usize].iter().map(|&facet| {
+            let normal = facet::normal(&corners[facet as usize]);
+            let length = dot(&normal, &normal).sqrt();
+            let mut unit = [0.0; 3];
+            (0..D).for_each(|i| unit[i] = normal[i] / length);
+            (unit, 0.0)
+        });
+        node.take_normals::<D>(normals);
     }
 
     fn draw_box_of_slots<const D: usize>(&mut self, source: &[[f64; D]], at: usize) {
@@ -282,18 +320,67 @@ impl Node {
         sum * (1.0 - 1e-12)
     }
 
+    /// Draws the normals from those of parts, with how far others are from them.
+    fn take_normals<const D: usize>(&mut self, parts: impl Iterator<Item = ([f64; 3], f64)> + Clone) {
+        let mut sum = [0.0; 3];
+        for (normal, _) in parts.clone() {
+            (0..D).for_each(|i| sum[i] += normal[i]);
+        }
+        let length = dot(&sum, &sum).sqrt();
+        // Normals that cancel each other have no mean: any vector does.
+        self.normal = if length > 0.0 { sum.map(|c| c / length) } else { [1.0, 0.0, 0.0] };
+        self.spread = 0.0;
+        for (normal, spread) in parts {
+            self.spread = larger(self.spread, distance_squared(&normal, &self.normal).sqrt() + spread);
+        }
+    }
+
+    /// What follows from box and normals.
+    fn finish<const D: usize>(&mut self) {
+        let mut widest = 0.0;
+        for i in 0..D {
+            self.middle[i] = 0.5 * (self.lower[i] + self.upper[i]);
+            widest = larger(widest, self.upper[i] - self.lower[i]);
+        }
+        let mut squared = 0.0;
+        for corner in 0..1 << (D - 1) {
+            let mut off = [0.0; 3];
+            for i in 0..D {
+                let side = self.upper[i] - self.middle[i];
+                off[i] = if corner >> i & 1 == 1 { -side } else { side };
+            }
+            squared = larger(squared, dot(&off, &off) - dot(&off, &self.normal).powi(2));
+        }
+        self.across = squared.sqrt() + 1e-8 * widest;
+        for i in 0..D {
+            self.half[i] = 0.5 * (self.upper[i] - self.lower[i]) + 1e-8 * widest;
+        }
+    }
+
+    /// Whether no facet has a point within the bound (m²) from which `x` is perpendicular to the facet, up to an angle of 1e-6.
+    ///
+    /// With `p` such a point, `n` the unit normal there and `m` the node's vector: what is across `m` of `x − p = ± |x − p| n` is no longer than `|x − p| |n − m|`.
+    #[inline]
+    fn is_beside<const D: usize>(&self, x: &[f64; D], bound: f64) -> bool {
+        let (mut squared, mut along) = (0.0, 0.0);
+        for i in 0..D {
+            let off = x[i] - self.middle[i];
+            squared += off * off;
+            along += off * self.normal[i];
+        }
+        let limit = self.across + bound.sqrt() * (self.spread + 2e-6);
+        // The difference of squares is rounded.
+        squared - along * along - 1e-12 * squared > limit * limit
+    }
+
     /// Whether `origin + t direction` meets the box, a little widened, for a `t` in `from..=to`. `inverse` has one over each component of the direction; an
     /// infinite one makes the two bounds of its axis infinite, of one sign where the origin is outside.
     #[inline]
     fn is_met<const D: usize>(&self, origin: &[f64; D], inverse: &[f64; D], from: f64, to: f64) -> bool {
-        let mut widest = 0.0;
-        for i in 0..D {
-            widest = larger(widest, self.upper[i] - self.lower[i]);
-        }
-        let margin = 1e-8 * widest;
         let (mut from, mut to) = (from, to * (1.0 + 1e-8));
         for i in 0..D {
-            let (low, high) = (self.lower[i] - margin - origin[i], self.upper[i] + margin - origin[i]);
+            let off = self.middle[i] - origin[i];
+            let (low, high) = (off - self.half[i], off + self.half[i]);
             // On the very edge of a widened box the product of zero and infinity is no number, and the box may be missed: nothing in it is met there.
             let (a, b) = (low * inverse[i], high * inverse[i]);
             from = larger(from, smaller(a, b));
@@ -314,19 +401,13 @@ fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// Nodes still to be looked at, and the distance squared (m²) of each where it is known.
-struct Stack {
-    nodes: [u32; DEPTH],
-    distances: [f64; DEPTH],
-    length: usize,
+impl Default for Stack {
+    fn default() -> Self {
+        Self { nodes: [0; DEPTH], distances: [0.0; DEPTH], length: 0 }
+    }
 }
 
 impl Stack {
-    #[inline]
-    fn new() -> Self {
-        Self { nodes: [0; DEPTH], distances: [0.0; DEPTH], length: 0 }
-    }
-
     #[inline]
     fn push(&mut self, node: usize, distance: f64) {
         self.nodes[self.length] = node as u32;
@@ -381,17 +462,17 @@ mod tests {
         boundary.update(&source).unwrap();
         for k in 0..300 {
             let x = [1.3 * (0.7 * k as f64).sin(), 1.1 * (1.3 * k as f64).cos()];
-            let all = (0..count).map(|f| (distance_squared(&boundary.foot(&source, f, &x).position, &x), f));
+            let all = (0..count).map(|f| (distance_squared(&boundary.foot(f, &x).position, &x), f));
             let best = all.min_by(|a, b| a.partial_cmp(b).unwrap()).unwrap();
-            let (foot, distance) = boundary.nearest(&source, &x, None);
+            let (foot, distance) = boundary.nearest(&x, None, &mut Stack::default());
             assert_eq!((distance, foot.facet), best);
             let direction = [(k as f64).cos(), (k as f64).sin()];
             let meetings = (0..count).filter_map(|f| {
-                let (t, _) = facet::meet(&boundary.corners(&source, f), &x, &direction)?;
+                let (t, _) = facet::meet(boundary.corners(f), &x, &direction)?;
                 (t > 0.1).then_some((t, f))
             });
             let first = meetings.min_by(|a, b| a.partial_cmp(b).unwrap());
-            let found = boundary.first_meeting(&source, &x, &direction, 0.1, None);
+            let found = boundary.first_meeting(&x, &direction, 0.1, None, &mut Stack::default());
             assert_eq!(found.map(|(t, foot)| (t, foot.facet)), first);
         }
     }
