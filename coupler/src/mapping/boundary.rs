@@ -12,7 +12,7 @@ const LEAF: usize = 4;
 /// A tree over `u32` facets, halved at every level, is not deeper; a search leaves one node a level to be looked at, and has two in hand.
 const DEPTH: usize = 36;
 
-/// A box with what is in it: children, or facets.
+/// A box, a little widened, with what is in it: children, or facets.
 #[derive(Clone, Copy, Debug, Default)]
 struct Node {
     lower: [f64; 3],
@@ -22,10 +22,13 @@ struct Node {
     to: u32,
     /// The second child (the first follows its parent); zero for a leaf.
     second: u32,
+}
+
+/// Which way the facets of a node look.
+#[derive(Clone, Copy, Debug, Default)]
+struct Normals {
     /// Middle of the box.
     middle: [f64; 3],
-    /// The box, a little widened: how far to each side of the middle.
-    half: [f64; 3],
     /// A unit vector, and how far from it the unit normal of a facet is at most.
     normal: [f64; 3],
     spread: f64,
@@ -51,6 +54,7 @@ pub(super) struct Boundary {
     /// Facets in the order of the leaves.
     order: Vec<u32>,
     nodes: Vec<Node>,
+    normals: Vec<Normals>,
     /// Whether every edge (in the plane: vertex) joins two facets.
     closed: bool,
 }
@@ -70,7 +74,8 @@ impl Boundary {
             return Err(MappingError::Facets { length: facets.len(), dimension });
         }
         let closed = is_closed(&facets, dimension);
-        Ok(Self { facets, corners: Vec::new(), order: Vec::new(), nodes: Vec::new(), closed })
+        let (corners, order, nodes, normals) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        Ok(Self { facets, corners, order, nodes, normals, closed })
     }
 
     /// Builds the tree for the positions `source` of the points; later only its boxes are drawn anew.
@@ -86,8 +91,9 @@ impl Boundary {
             self.order = (0..(self.facets.len() / D) as u32).collect();
             self.split(source, 0, self.order.len());
         }
+        self.normals.resize(self.nodes.len(), Normals::default());
         for node in (0..self.nodes.len()).rev() {
-            self.draw_box(source, node);
+            self.draw(source, node);
         }
         Ok(())
     }
@@ -113,7 +119,7 @@ impl Boundary {
         stack: &mut Stack,
         mut visit: impl FnMut(usize, f64) -> f64,
     ) {
-        let mut bound = bound;
+        let (mut bound, mut bound_root) = (bound, bound.sqrt());
         stack.length = 0;
         stack.push(0, self.nodes[0].distance_squared(x));
         while let Some((at, distance)) = stack.pop() {
@@ -121,13 +127,14 @@ impl Boundary {
                 continue;
             }
             let node = &self.nodes[at];
-            if upright && node.is_beside(x, bound) {
+            if upright && self.normals[at].is_beside(x, bound_root) {
                 continue;
             }
             if node.second == 0 {
                 for &facet in &self.order[node.from as usize..node.to as usize] {
                     bound = visit(facet as usize, bound);
                 }
+                bound_root = bound.sqrt();
             } else {
                 let [first, second] = [at + 1, node.second as usize];
                 let first = (first, self.nodes[first].distance_squared(x));
@@ -262,12 +269,11 @@ impl Boundary {
         self.split(source, from + middle, to);
     }
 
-    /// Draws a node's box; those of its children are drawn.
-    fn draw_box<const D: usize>(&mut self, source: &[[f64; D]], at: usize) {
+    /// Draws a node's box and normals; those of its children are drawn.
+    fn draw<const D: usize>(&mut self, source: &[[f64; D]], at: usize) {
         let second = self.nodes[at].second as usize;
         if second == 0 {
             self.draw_box_of_slots(source, at);
-            self.draw_normals_of_slots::<D>(at);
         } else {
             let (a, b) = (self.nodes[at + 1], self.nodes[second]);
             let node = &mut self.nodes[at];
@@ -275,23 +281,25 @@ impl Boundary {
                 node.lower[i] = a.lower[i].min(b.lower[i]);
                 node.upper[i] = a.upper[i].max(b.upper[i]);
             }
-            node.take_normals::<D>([(a.normal, a.spread), (b.normal, b.spread)].into_iter());
         }
-        self.nodes[at].finish::<D>();
-    }
-
-    fn draw_normals_of_slots<const D: usize>(&mut self, at: usize) {
-        let Self { corners, order, nodes, .. } = self;
-        let node = &mut nodes[at];
-        let corners = corners.as_chunks::<D>().0.as_chunks::<D>().0;
-        let normals = order[node.from as usize..node.to as usize].iter().map(|&facet| {
-            let normal = facet::normal(&corners[facet as usize]);
-            let length = dot(&normal, &normal).sqrt();
-            let mut unit = [0.0; 3];
-            (0..D).for_each(|i| unit[i] = normal[i] / length);
-            (unit, 0.0)
-        });
-        node.take_normals::<D>(normals);
+        let mut normals = if second == 0 {
+            let Node { from, to, .. } = self.nodes[at];
+            Normals::of::<D>(self.order[from as usize..to as usize].iter().map(|&facet| {
+                let normal = facet::normal(self.corners::<D>(facet as usize));
+                let length = dot(&normal, &normal).sqrt();
+                let mut unit = [0.0; 3];
+                (0..D).for_each(|i| unit[i] = normal[i] / length);
+                (unit, 0.0)
+            }))
+        } else {
+            Normals::of::<D>([at + 1, second].into_iter().map(|child| {
+                let Normals { normal, spread, .. } = self.normals[child];
+                (normal, spread)
+            }))
+        };
+        self.nodes[at].widen::<D>();
+        normals.measure::<D>(&self.nodes[at]);
+        self.normals[at] = normals;
     }
 
     fn draw_box_of_slots<const D: usize>(&mut self, source: &[[f64; D]], at: usize) {
@@ -320,73 +328,81 @@ impl Node {
         sum * (1.0 - 1e-12)
     }
 
-    /// Draws the normals from those of parts, with how far others are from them.
-    fn take_normals<const D: usize>(&mut self, parts: impl Iterator<Item = ([f64; 3], f64)> + Clone) {
-        let mut sum = [0.0; 3];
-        for (normal, _) in parts.clone() {
-            (0..D).for_each(|i| sum[i] += normal[i]);
-        }
-        let length = dot(&sum, &sum).sqrt();
-        // Normals that cancel each other have no mean: any vector does.
-        self.normal = if length > 0.0 { sum.map(|c| c / length) } else { [1.0, 0.0, 0.0] };
-        self.spread = 0.0;
-        for (normal, spread) in parts {
-            self.spread = larger(self.spread, distance_squared(&normal, &self.normal).sqrt() + spread);
-        }
-    }
-
-    /// What follows from box and normals.
-    fn finish<const D: usize>(&mut self) {
+    fn widen<const D: usize>(&mut self) {
         let mut widest = 0.0;
         for i in 0..D {
-            self.middle[i] = 0.5 * (self.lower[i] + self.upper[i]);
             widest = larger(widest, self.upper[i] - self.lower[i]);
         }
-        let mut squared = 0.0;
-        for corner in 0..1 << (D - 1) {
-            let mut off = [0.0; 3];
-            for i in 0..D {
-                let side = self.upper[i] - self.middle[i];
-                off[i] = if corner >> i & 1 == 1 { -side } else { side };
-            }
-            squared = larger(squared, dot(&off, &off) - dot(&off, &self.normal).powi(2));
-        }
-        self.across = squared.sqrt() + 1e-8 * widest;
         for i in 0..D {
-            self.half[i] = 0.5 * (self.upper[i] - self.lower[i]) + 1e-8 * widest;
+            self.lower[i] -= 1e-8 * widest;
+            self.upper[i] += 1e-8 * widest;
         }
     }
 
-    /// Whether no facet has a point within the bound (m²) from which `x` is perpendicular to the facet, up to an angle of 1e-6.
-    ///
-    /// With `p` such a point, `n` the unit normal there and `m` the node's vector: what is across `m` of `x − p = ± |x − p| n` is no longer than `|x − p| |n − m|`.
-    #[inline]
-    fn is_beside<const D: usize>(&self, x: &[f64; D], bound: f64) -> bool {
-        let (mut squared, mut along) = (0.0, 0.0);
-        for i in 0..D {
-            let off = x[i] - self.middle[i];
-            squared += off * off;
-            along += off * self.normal[i];
-        }
-        let limit = self.across + bound.sqrt() * (self.spread + 2e-6);
-        // The difference of squares is rounded.
-        squared - along * along - 1e-12 * squared > limit * limit
-    }
-
-    /// Whether `origin + t direction` meets the box, a little widened, for a `t` in `from..=to`. `inverse` has one over each component of the direction; an
+    /// Whether `origin + t direction` meets the box for a `t` in `from..=to`. `inverse` has one over each component of the direction; an
     /// infinite one makes the two bounds of its axis infinite, of one sign where the origin is outside.
     #[inline]
     fn is_met<const D: usize>(&self, origin: &[f64; D], inverse: &[f64; D], from: f64, to: f64) -> bool {
         let (mut from, mut to) = (from, to * (1.0 + 1e-8));
         for i in 0..D {
-            let off = self.middle[i] - origin[i];
-            let (low, high) = (off - self.half[i], off + self.half[i]);
+            let (low, high) = (self.lower[i] - origin[i], self.upper[i] - origin[i]);
             // On the very edge of a widened box the product of zero and infinity is no number, and the box may be missed: nothing in it is met there.
             let (a, b) = (low * inverse[i], high * inverse[i]);
             from = larger(from, smaller(a, b));
             to = smaller(to, larger(a, b));
         }
         from <= to
+    }
+}
+
+impl Normals {
+    /// From those of parts, with how far others are from them.
+    fn of<const D: usize>(parts: impl Iterator<Item = ([f64; 3], f64)> + Clone) -> Self {
+        let mut sum = [0.0; 3];
+        for (normal, _) in parts.clone() {
+            (0..D).for_each(|i| sum[i] += normal[i]);
+        }
+        let length = dot(&sum, &sum).sqrt();
+        // Normals that cancel each other have no mean: any vector does.
+        let normal = if length > 0.0 { sum.map(|c| c / length) } else { [1.0, 0.0, 0.0] };
+        let mut spread = 0.0;
+        for (part, more) in parts {
+            spread = larger(spread, distance_squared(&part, &normal).sqrt() + more);
+        }
+        Self { normal, spread, ..Self::default() }
+    }
+
+    /// Where the box is, and how far it extends.
+    fn measure<const D: usize>(&mut self, node: &Node) {
+        let mut side = [0.0; 3];
+        for i in 0..D {
+            self.middle[i] = 0.5 * (node.lower[i] + node.upper[i]);
+            side[i] = node.upper[i] - self.middle[i];
+        }
+        let mut squared = 0.0;
+        for corner in 0..1 << (D - 1) {
+            let off: [f64; 3] =
+                std::array::from_fn(|i| if corner >> i & 1 == 1 { -side[i] } else { side[i] });
+            squared = larger(squared, dot(&off, &off) - dot(&off, &self.normal).powi(2));
+        }
+        // Of a box that is flat the difference of squares may round to nothing.
+        self.across = squared.sqrt() + 1e-7 * dot(&side, &side).sqrt();
+    }
+
+    /// Whether no facet has a point within the bound (whose root is in m) from which `x` is perpendicular to the facet, up to an angle of 1e-6.
+    ///
+    /// With `p` such a point, `n` the unit normal there and `m` the node's vector: what is across `m` of `x − p = ± |x − p| n` is no longer than `|x − p| |n − m|`.
+    #[inline]
+    fn is_beside<const D: usize>(&self, x: &[f64; D], bound_root: f64) -> bool {
+        let (mut squared, mut along) = (0.0, 0.0);
+        for i in 0..D {
+            let off = x[i] - self.middle[i];
+            squared += off * off;
+            along += off * self.normal[i];
+        }
+        let limit = self.across + bound_root * (self.spread + 2e-6);
+        // The difference of squares is rounded.
+        squared - along * along - 1e-12 * squared > limit * limit
     }
 }
 

@@ -169,7 +169,9 @@ impl Mapping {
             let (reach, threads, rows) = (self.reach, self.threads, &mut self.rows);
             match &mut self.method {
                 Scratch::NearestNeighbour(method) => method.fill(source, target, reach, rows),
-                Scratch::NearestNeighbourGradient(method) => method.fill(source, target, reach, rows),
+                Scratch::NearestNeighbourGradient(method) => {
+                    method.fill(source, target, reach, threads, rows)
+                }
                 Scratch::NearestProjection(method) => method.fill(source, target, reach, threads, rows),
                 Scratch::RadialBasis(method) => method.fill(source, target, reach, threads, rows),
             }?;
