@@ -492,4 +492,46 @@ mod tests {
             assert_eq!(found.map(|(t, foot)| (t, foot.facet)), first);
         }
     }
+
+    /// Of two waves, one in the plane and one in space: no facet with an upright foot within the bound is passed by.
+    #[test]
+    fn finds_all_facets_upright_to_a_point() {
+        let line: Vec<[f64; 2]> =
+            (0..80).map(|i| [0.1 * i as f64, (0.3 * i as f64).sin() * (i % 9) as f64 * 0.1]).collect();
+        finds_upright(&line, (0..79).flat_map(|i| [i, i + 1]).collect());
+        let at = |i: usize| [(i % 12) as f64, (i / 12) as f64].map(|c| 0.2 * c);
+        let height = |[x, y]: [f64; 2]| 0.2 * (4.0 * x).sin() * (3.0 * y).cos();
+        let sheet: Vec<[f64; 3]> = (0..144).map(|i| [at(i)[0], at(i)[1], height(at(i))]).collect();
+        let squares = (0..132).filter(|i| i % 12 < 11);
+        finds_upright(&sheet, squares.flat_map(|i| [i, i + 1, i + 13, i, i + 13, i + 12]).collect());
+    }
+
+    fn finds_upright<const D: usize>(source: &[[f64; D]], facets: Vec<usize>) {
+        let count = facets.len() / D;
+        let mut boundary = Boundary::new(facets, D).unwrap();
+        boundary.update(source).unwrap();
+        let (mut seen, mut passed_by) = (0, 0);
+        for k in 0..400 {
+            // Near the boundary and up to one metre off.
+            let mut x = source[(k * 7) % source.len()];
+            x[0] += 0.13 * (1.7 * k as f64).sin();
+            x[D - 1] += (0.9 * k as f64).cos();
+            let bound = 0.2 * (1.0 + (0.37 * k as f64).sin());
+            let mut visited = vec![false; count];
+            boundary.visit_near(&x, bound, true, &mut Stack::default(), |facet, bound| {
+                visited[facet] = true;
+                bound
+            });
+            for f in 0..count {
+                let foot = boundary.foot(f, &x);
+                let off: [f64; D] = std::array::from_fn(|i| x[i] - foot.position[i]);
+                let (normal, squared) = (facet::normal(boundary.corners::<D>(f)), dot(&off, &off));
+                let upright = dot(&off, &normal).powi(2) >= (1.0 - 1e-12) * squared * dot(&normal, &normal);
+                assert!(visited[f] || !upright || squared > bound, "facet {f} from {x:?}");
+                seen += usize::from(upright && squared <= bound);
+                passed_by += usize::from(!visited[f]);
+            }
+        }
+        assert!(seen > 100 && passed_by > 200 * count, "{seen} {passed_by}");
+    }
 }

@@ -149,3 +149,59 @@ impl<const D: usize> NullaryFnOnce for Factorise<'_, D> {
         lost
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wendlands_function_by_hand() {
+        assert_eq!([wendland_c2(0.0), wendland_c2(0.5), wendland_c2(1.0)], [1.0, 3.0 / 16.0, 0.0]);
+    }
+
+    /// Clusters of 1 to 8 points on a line, with two blocks of rows: the factors' product is the matrix, and the identity behind it.
+    #[test]
+    fn factors_give_the_matrix_back() {
+        let rows = 2 * BLOCK;
+        let place = |row: usize, lane: usize| 0.1 * row as f64 / (1.0 + 0.1 * lane as f64);
+        let lanes = |f: &dyn Fn(usize) -> f64| Lanes(std::array::from_fn(f));
+        let places: Vec<[Lanes; 1]> = (0..rows).map(|row| [lanes(&|lane| place(row, lane))]).collect();
+        let is_there = |row: usize, lane: usize| row <= lane;
+        let present: Vec<Lanes> =
+            (0..rows).map(|row| lanes(&|lane| f64::from(u8::from(is_there(row, lane))))).collect();
+        let mut factors = vec![Lanes::splat(f64::NAN); offset(2)];
+        let mut inverse_pivots = vec![Lanes::splat(f64::NAN); rows];
+        let run = |places: &[[Lanes; 1]], factors: &mut [Lanes], inverse_pivots: &mut [Lanes]| {
+            Factorise { places, present: &present, factors, inverse_pivots }.run()
+        };
+        assert_eq!(run(&places, &mut factors, &mut inverse_pivots), [None; LANES]);
+        for lane in 0..LANES {
+            let l = |row: usize, column: usize| match row.cmp(&column) {
+                std::cmp::Ordering::Less => 0.0,
+                std::cmp::Ordering::Equal => 1.0,
+                _ => factors[offset(row / BLOCK) + BLOCK * column + row % BLOCK].0[lane],
+            };
+            for row in 0..rows {
+                for column in 0..=row {
+                    let product: f64 =
+                        (0..rows).map(|k| l(row, k) * l(column, k) / inverse_pivots[k].0[lane]).sum();
+                    let apart = (place(row, lane) - place(column, lane)).abs();
+                    let entry = if row == column {
+                        1.0
+                    } else if is_there(row, lane) {
+                        wendland_c2(apart)
+                    } else {
+                        0.0
+                    };
+                    // Rounding of a sum of eight products of order one.
+                    assert!((product - entry).abs() < 2e-15, "{row} {column} {lane}: {product} {entry}");
+                }
+            }
+        }
+        // Points 1 and 3 in one place: lost where there is a point 3.
+        let mut twice = places;
+        twice[3] = twice[1];
+        let lost = run(&twice, &mut factors, &mut inverse_pivots);
+        assert_eq!(lost, std::array::from_fn(|lane| (lane >= 3).then_some(3)));
+    }
+}
