@@ -108,7 +108,7 @@ pub struct Mapping {
 enum Scratch {
     NearestNeighbour(NearestNeighbour),
     NearestNeighbourGradient(NearestNeighbourGradient),
-    NearestProjection(NearestProjection),
+    NearestProjection(Box<NearestProjection>),
     RadialBasis(Box<RadialBasis>),
 }
 
@@ -129,7 +129,7 @@ impl Mapping {
                 Scratch::NearestNeighbourGradient(NearestNeighbourGradient::default())
             }
             Method::NearestProjection { facets } => {
-                Scratch::NearestProjection(NearestProjection::new(facets, dimension)?)
+                Scratch::NearestProjection(Box::new(NearestProjection::new(facets, dimension)?))
             }
             Method::RadialBasis { points_per_cluster } => {
                 Scratch::RadialBasis(Box::new(RadialBasis::new(points_per_cluster)))

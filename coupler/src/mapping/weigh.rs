@@ -298,3 +298,68 @@ impl<const D: usize, const W: usize> NullaryFnOnce for Weigh<'_, D, W> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::factors::Factorise;
+    use super::*;
+
+    /// Four points in a square, the union of one cluster, and targets about them.
+    #[test]
+    fn weights_are_consistent() {
+        const PLACES: [[f64; 2]; 4] = [[-0.5, -0.5], [0.5, -0.5], [-0.5, 0.5], [0.5, 0.5]];
+        let lanes = PLACES.map(|place| place.map(|c| Lanes::splat(c / SUPPORT)));
+        let mut factors = [Lanes::ZERO; 16];
+        let mut inverse_pivots = [Lanes::ZERO; 4];
+        let lost = Factorise {
+            places: &lanes,
+            present: &[Lanes::splat(1.0); 4],
+            factors: &mut factors,
+            inverse_pivots: &mut inverse_pivots,
+        }
+        .run();
+        assert_eq!(lost, [None; LANES]);
+        // The last is outside the ball, and the one before it inside but not asked for.
+        let x = Lanes([0.3, -0.5, 0.0, 0.1, 0.5, 0.4, 0.2, 2.0]);
+        let y = Lanes([-0.4, -0.5, 0.0, 0.7, 0.5, -0.1, 0.2, 0.0]);
+        let targets = [[x], [y]];
+        let mut values = [[Lanes::ZERO]; 5];
+        let arch = pulp::Arch::new();
+        arch.dispatch(Values { targets: &targets, places: &PLACES, values: &mut values[..4] });
+        let (mut unknowns, mut sums, mut total) = ([[Lanes::ZERO]; 4], [[Lanes::ZERO]; 4], [Lanes::ZERO]);
+        let cluster = Cluster {
+            count: 4,
+            factors: &factors.map(|lanes| lanes.0[0]),
+            inverse_pivots: &inverse_pivots.map(|lanes| lanes.0[0]),
+            places: &PLACES,
+            mean: [0.0; 2],
+            inverse_spread: [[1.0, 0.0], [0.0, 1.0]],
+            slots: &[0, 1, 2, 3],
+            middle: [0.0; 2],
+            inside: [1, 1, 1, 1, 1, 1, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0],
+        };
+        let (unknowns, total) = (&mut unknowns, &mut total);
+        arch.dispatch(Weigh {
+            cluster,
+            targets: &targets,
+            values: &values,
+            unknowns,
+            sums: &mut sums,
+            total,
+        });
+        for lane in 0..LANES {
+            let distance = (x.0[lane].powi(2) + y.0[lane].powi(2)).sqrt();
+            let phi = if lane < 6 { wendland_c2(distance) } else { 0.0 };
+            let weights = sums.map(|[sum]| sum.0[lane]);
+            let sum = |f: &dyn Fn(usize) -> f64| (0..4).map(|k| weights[k] * f(k)).sum::<f64>();
+            // Rounding of a handful of sums.
+            assert!((total[0].0[lane] - phi).abs() < 1e-15);
+            assert!((sum(&|_| 1.0) - phi).abs() < 2e-15);
+            assert!((sum(&|k| PLACES[k][0]) - phi * x.0[lane]).abs() < 2e-15);
+            assert!((sum(&|k| PLACES[k][1]) - phi * y.0[lane]).abs() < 2e-15);
+        }
+        // At a point, its own value.
+        let at_first = sums.map(|[sum]| sum.0[1] / total[0].0[1]);
+        assert!((at_first[0] - 1.0).abs() < 1e-13 && at_first[3].abs() < 1e-13, "{at_first:?}");
+    }
+}
