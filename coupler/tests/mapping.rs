@@ -275,7 +275,7 @@ fn near_the_tip_of_a_plate_the_line_goes_through_its_thickness() {
     let mapping = build(2, Method::NearestProjection { facets }, &source, &[0.995, 0.015]);
     let weights = mapping.weights();
     let row = weights.outer_view(0).expect("one target");
-    assert!(row.iter().all(|(column, w)| source[2 * column as usize] > 0.98 && *w > 0.0), "{row:?}");
+    assert!(row.iter().all(|(column, w)| source[2 * column] > 0.98 && *w > 0.0), "{row:?}");
 }
 
 #[test]

@@ -25,7 +25,7 @@
 //! A row's weights were counted between lattices in the plane. On points scattered about a lattice of spacing 1/80 a wave of length one was mapped
 //! with root mean square errors of 1.5e-2, 4.0e-4 and, by radial basis functions, 4.0e-5.
 //!
-//! Weights are applied by one thread; those of the last two methods are worked out by as many as [`Mapping::use_threads`] allows, each for a part of the
+//! Weights are applied by one thread; those of all methods but the first are worked out by as many as [`Mapping::use_threads`] allows, each for a part of the
 //! targets: results do not depend on their number. Nothing is allocated in applying a mapping; in rebuilding it, the storage of the last but one is used again.
 //!
 //! Start at [`Mapping`]; then a file for each method. Nothing here knows a participant or a field's meaning, but for
