@@ -52,6 +52,22 @@ pub(super) fn is_beside<const D: usize>(vertices: &[[f64; D]; D], x: &[f64; D]) 
     along > 0.0
 }
 
+/// Whether a line in the plane certainly passes a segment by, with both ends on one side of it, the nearer by 1e-8 of what they are apart. Costs no division. Of
+/// a triangle it is never certain.
+#[inline]
+pub(super) fn is_missed<const D: usize>(
+    vertices: &[[f64; D]; D],
+    origin: &[f64; D],
+    direction: &[f64; D],
+) -> bool {
+    if D != 2 {
+        return false;
+    }
+    let side = |v: &[f64; D]| (v[0] - origin[0]) * direction[1] - (v[1] - origin[1]) * direction[0];
+    let (a, b) = (side(&vertices[0]), side(&vertices[1]));
+    a * b > 0.0 && a.abs().min(b.abs()) > 1e-8 * (a - b).abs()
+}
+
 /// Where the line `origin + t direction` meets the facet's plane inside the facet: `t` and the point. None if it is parallel or outside.
 pub(super) fn meet<const D: usize>(
     vertices: &[[f64; D]; D],
@@ -148,6 +164,23 @@ mod tests {
             assert_eq!(is_beside(&SEGMENT, &x), beside, "{x:?}");
         }
         assert!(!is_beside(&TRIANGLE, &[-1.0, -1.0, 1.0]));
+    }
+
+    #[test]
+    fn a_line_with_both_ends_on_one_side_misses() {
+        for (origin, direction, missed) in [
+            ([0.0, 0.0], [0.0, 1.0], true),
+            ([4.0, 0.0], [0.0, 1.0], true),
+            ([2.0, 0.0], [0.0, 1.0], false),
+            ([1.0, 0.0], [0.0, 1.0], false),
+            // By less than what keeps lines from slipping through.
+            ([1.0 - 1e-9, 0.0], [0.0, 1.0], false),
+            ([0.0, 1.0], [1.0, 0.0], false),
+            ([0.0, 2.0], [1.0, 0.0], true),
+        ] {
+            assert_eq!(is_missed(&SEGMENT, &origin, &direction), missed, "{origin:?}");
+        }
+        assert!(!is_missed(&TRIANGLE, &[9.0; 3], &[0.0, 0.0, 1.0]));
     }
 
     #[test]

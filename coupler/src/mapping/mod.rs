@@ -25,17 +25,19 @@
 //! A row's weights were counted between lattices in the plane. On points scattered about a lattice of spacing 1/80 a wave of length one was mapped
 //! with root mean square errors of 1.5e-2, 4.0e-4 and, by radial basis functions, 4.0e-5.
 //!
-//! Weights are applied by one thread; those of the last two methods are worked out by as many as [`Mapping::use_threads`] allows, each for a part of the
+//! Weights are applied by one thread; those of all methods but the first are worked out by as many as [`Mapping::use_threads`] allows, each for a part of the
 //! targets: results do not depend on their number. Nothing is allocated in applying a mapping; in rebuilding it, the storage of the last but one is used again.
 //!
 //! Start at [`Mapping`]; then a file for each method. Nothing here knows a participant or a field's meaning, but for
 //! [`Mapping::conservative_per_volume`].
 
-mod basis;
 mod boundary;
 mod cell_grid;
+mod cells;
 mod error;
 mod facet;
+mod factors;
+mod lanes;
 mod nearest_neighbour;
 mod nearest_neighbour_gradient;
 mod nearest_projection;
@@ -43,6 +45,7 @@ mod parts;
 mod radial_basis;
 mod rows;
 mod semidefinite;
+mod weigh;
 
 pub use error::{MappingError, PointSet};
 
@@ -51,7 +54,7 @@ use nearest_neighbour_gradient::NearestNeighbourGradient;
 use nearest_projection::NearestProjection;
 use radial_basis::RadialBasis;
 use rows::Rows;
-use sprs::CsMat;
+use sprs::CsMatViewI;
 
 /// Points in a cluster of radial basis functions where nothing else is asked for: some rings of neighbours around a target in the plane.
 pub const POINTS_PER_CLUSTER: usize = 32;
@@ -94,8 +97,9 @@ pub struct Mapping {
     reach: f64,
     threads: usize,
     method: Scratch,
-    weights: CsMat<f64>,
-    /// The rows of the next update; their memory is swapped with that of `weights`.
+    sources: usize,
+    weights: Rows,
+    /// The rows of the next update, which then become the weights.
     rows: Rows,
 }
 
@@ -104,7 +108,7 @@ pub struct Mapping {
 enum Scratch {
     NearestNeighbour(NearestNeighbour),
     NearestNeighbourGradient(NearestNeighbourGradient),
-    NearestProjection(NearestProjection),
+    NearestProjection(Box<NearestProjection>),
     RadialBasis(Box<RadialBasis>),
 }
 
@@ -125,14 +129,14 @@ impl Mapping {
                 Scratch::NearestNeighbourGradient(NearestNeighbourGradient::default())
             }
             Method::NearestProjection { facets } => {
-                Scratch::NearestProjection(NearestProjection::new(facets, dimension)?)
+                Scratch::NearestProjection(Box::new(NearestProjection::new(facets, dimension)?))
             }
             Method::RadialBasis { points_per_cluster } => {
                 Scratch::RadialBasis(Box::new(RadialBasis::new(points_per_cluster)))
             }
         };
-        let (weights, rows) = (CsMat::zero((0, 0)), Rows::default());
-        let mut mapping = Self { dimension, reach, threads: 1, method, weights, rows };
+        let (weights, rows) = (Rows::default(), Rows::default());
+        let mut mapping = Self { dimension, reach, threads: 1, method, sources: 0, weights, rows };
         mapping.update(source, target)?;
         Ok(mapping)
     }
@@ -165,28 +169,31 @@ impl Mapping {
             let (reach, threads, rows) = (self.reach, self.threads, &mut self.rows);
             match &mut self.method {
                 Scratch::NearestNeighbour(method) => method.fill(source, target, reach, rows),
-                Scratch::NearestNeighbourGradient(method) => method.fill(source, target, reach, rows),
+                Scratch::NearestNeighbourGradient(method) => {
+                    method.fill(source, target, reach, threads, rows)
+                }
                 Scratch::NearestProjection(method) => method.fill(source, target, reach, threads, rows),
                 Scratch::RadialBasis(method) => method.fill(source, target, reach, threads, rows),
             }?;
         }
-        self.rows.swap_into(&mut self.weights, source.len());
+        std::mem::swap(&mut self.rows, &mut self.weights);
+        self.sources = source.len();
         Ok(())
     }
 
     /// The matrix `W`: targets × sources.
-    pub fn weights(&self) -> &CsMat<f64> {
-        &self.weights
+    pub fn weights(&self) -> CsMatViewI<'_, f64, u32, usize> {
+        self.weights.matrix(self.sources)
     }
 
     /// Number of source points.
     pub fn sources(&self) -> usize {
-        self.weights.cols()
+        self.sources
     }
 
     /// Number of target points.
     pub fn targets(&self) -> usize {
-        self.weights.rows()
+        self.weights.count()
     }
 
     /// `u_t = Σ_s W_ts u_s`: what moves with the points, as positions and velocities. Fields are flat, `components` doubles a point.
@@ -272,59 +279,50 @@ fn points<const D: usize>(flat: &[f64], set: PointSet) -> Result<&[[f64; D]], Ma
     }
 }
 
-/// Slots of a row.
-fn row(weights: &CsMat<f64>, row: usize) -> std::ops::Range<usize> {
-    weights.indptr().outer_inds_sz(row)
-}
-
-fn gather<const C: usize>(weights: &CsMat<f64>, source: &[f64], target: &mut [f64]) {
-    let (columns, values) = (weights.indices(), weights.data());
+fn gather<const C: usize>(weights: &Rows, source: &[f64], target: &mut [f64]) {
     let (source, _) = source.as_chunks::<C>();
     let (target, _) = target.as_chunks_mut::<C>();
     for (t, value) in target.iter_mut().enumerate() {
         let mut sum = [0.0; C];
-        for k in row(weights, t) {
+        let (columns, weights) = weights.row(t);
+        for (&column, weight) in columns.iter().zip(weights) {
             for c in 0..C {
-                sum[c] += values[k] * source[columns[k]][c];
+                sum[c] += weight * source[column as usize][c];
             }
         }
         *value = sum;
     }
 }
 
-fn gather_many(weights: &CsMat<f64>, components: usize, source: &[f64], target: &mut [f64]) {
+fn gather_many(weights: &Rows, components: usize, source: &[f64], target: &mut [f64]) {
     target.fill(0.0);
     for (t, value) in target.chunks_exact_mut(components).enumerate() {
-        for k in row(weights, t) {
-            let from = components * weights.indices()[k];
+        let (columns, weights) = weights.row(t);
+        for (&column, weight) in columns.iter().zip(weights) {
+            let from = components * column as usize;
             for (sum, u) in value.iter_mut().zip(&source[from..from + components]) {
-                *sum += weights.data()[k] * u;
+                *sum += weight * u;
             }
         }
     }
 }
 
-fn scatter<const C: usize>(
-    weights: &CsMat<f64>,
-    scale: impl Fn(usize) -> f64,
-    target: &[f64],
-    source: &mut [f64],
-) {
-    let (columns, values) = (weights.indices(), weights.data());
+fn scatter<const C: usize>(weights: &Rows, scale: impl Fn(usize) -> f64, target: &[f64], source: &mut [f64]) {
     let (target, _) = target.as_chunks::<C>();
     let (source, _) = source.as_chunks_mut::<C>();
     for (t, value) in target.iter().enumerate() {
         let force = value.map(|f| scale(t) * f);
-        for k in row(weights, t) {
+        let (columns, weights) = weights.row(t);
+        for (&column, weight) in columns.iter().zip(weights) {
             for c in 0..C {
-                source[columns[k]][c] += values[k] * force[c];
+                source[column as usize][c] += weight * force[c];
             }
         }
     }
 }
 
 fn scatter_many(
-    weights: &CsMat<f64>,
+    weights: &Rows,
     scale: impl Fn(usize) -> f64,
     components: usize,
     target: &[f64],
@@ -332,10 +330,11 @@ fn scatter_many(
 ) {
     for (t, value) in target.chunks_exact(components).enumerate() {
         let scale = scale(t);
-        for k in row(weights, t) {
-            let to = components * weights.indices()[k];
+        let (columns, weights) = weights.row(t);
+        for (&column, weight) in columns.iter().zip(weights) {
+            let to = components * column as usize;
             for (sum, f) in source[to..to + components].iter_mut().zip(value) {
-                *sum += weights.data()[k] * (scale * f);
+                *sum += weight * (scale * f);
             }
         }
     }

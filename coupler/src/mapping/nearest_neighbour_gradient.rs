@@ -17,8 +17,10 @@
 use super::cell_grid::{CellGrid, distance_squared};
 use super::error::MappingError;
 use super::nearest_neighbour::{POINTS_PER_CELL, out_of_reach};
+use super::parts::Parts;
 use super::rows::Rows;
 use super::semidefinite::{dot, minus, solve};
+use std::ops::Range;
 
 /// Neighbours within the radius, in two and three dimensions: on a lattice the diagonal ones are the last.
 const NEIGHBOURS: [usize; 2] = [6, 10];
@@ -49,6 +51,7 @@ pub(super) struct NearestNeighbourGradient {
     grid: CellGrid,
     distances: Vec<f64>,
     samples: Vec<f64>,
+    parts: Parts<()>,
 }
 
 impl NearestNeighbourGradient {
@@ -58,13 +61,32 @@ impl NearestNeighbourGradient {
         source: &[[f64; D]],
         target: &[[f64; D]],
         reach: f64,
+        threads: usize,
         rows: &mut Rows,
     ) -> Result<(), MappingError> {
         self.grid.rebuild(source, POINTS_PER_CELL);
         let radius = MARGIN
             * typical_distance(&self.grid, source, NEIGHBOURS[D - 2], &mut self.distances, &mut self.samples);
+        let mut parts = std::mem::take(&mut self.parts);
+        let gathered = parts.gather(target.len(), threads, rows, |part, (), rows| {
+            self.fill_part(source, target, part, reach, radius, rows)
+        });
+        self.parts = parts;
+        gathered
+    }
+
+    fn fill_part<const D: usize>(
+        &self,
+        source: &[[f64; D]],
+        target: &[[f64; D]],
+        part: Range<usize>,
+        reach: f64,
+        radius: f64,
+        rows: &mut Rows,
+    ) -> Result<(), MappingError> {
         let mut neighbours = Vec::with_capacity(128);
-        for (point, x) in target.iter().enumerate() {
+        for point in part {
+            let x = &target[point];
             let (nearest, _) =
                 self.grid.nearest(x, reach).ok_or_else(|| out_of_reach(&self.grid, point, x, reach))?;
             let offset = minus(x, &source[nearest]);

@@ -27,7 +27,7 @@
 //! A body's particles keep their places in it, so the weights are best made once, in the reference configuration: they then move as material
 //! points of the boundary's motion, and nothing is rebuilt. [`super::Mapping::update`] is for targets that slide along.
 
-use super::boundary::{Boundary, Foot};
+use super::boundary::{Boundary, Foot, Stack};
 use super::cell_grid::{bounds, distance_squared};
 use super::error::MappingError;
 use super::facet;
@@ -40,7 +40,14 @@ use std::ops::Range;
 #[derive(Clone, Debug)]
 pub(super) struct NearestProjection {
     boundary: Boundary,
-    parts: Parts<()>,
+    parts: Parts<Scratch>,
+}
+
+/// Memory of a search for facets, and of one for where a line meets them.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    near: Stack,
+    line: Stack,
 }
 
 /// Facets where searches begin.
@@ -79,8 +86,8 @@ impl NearestProjection {
         let rounding =
             16.0 * f64::EPSILON * (0..D).map(|i| lower[i].abs().max(upper[i].abs())).fold(0.0, f64::max);
         let mut parts = std::mem::take(&mut self.parts);
-        let gathered = parts.gather(target.len(), threads, rows, |part, (), rows| {
-            self.fill_part(source, target, part, reach, rounding, rows)
+        let gathered = parts.gather(target.len(), threads, rows, |part, scratch, rows| {
+            self.fill_part(target, part, reach, rounding, scratch, rows)
         });
         self.parts = parts;
         gathered
@@ -88,29 +95,29 @@ impl NearestProjection {
 
     fn fill_part<const D: usize>(
         &self,
-        source: &[[f64; D]],
         target: &[[f64; D]],
         part: Range<usize>,
         reach: f64,
         rounding: f64,
+        scratch: &mut Scratch,
         rows: &mut Rows,
     ) -> Result<(), MappingError> {
         // Targets come in an order in which one is mostly near the next: what was found for the last one is where the search begins.
         let mut last = Hint::default();
         for point in part {
             let x = &target[point];
-            let (foot, squared) = self.boundary.nearest(source, x, last.near);
+            let (foot, squared) = self.boundary.nearest(x, last.near, &mut scratch.near);
             last.near = Some(foot.facet);
             let distance = squared.sqrt();
             if distance <= rounding {
                 self.add(&foot, 1.0, rows);
             } else {
-                let chord = self.chord_inside(source, x, foot, rounding, last.far);
+                let chord = self.chord_inside(x, foot, rounding, last.far, scratch);
                 if chord.is_none() && distance > reach {
                     return Err(MappingError::OutOfReach { point, position: x.to_vec(), distance, reach });
                 }
                 let chord = chord
-                    .or_else(|| self.chord_outside(source, x, foot))
+                    .or_else(|| self.chord_outside(x, foot, scratch))
                     .ok_or_else(|| MappingError::NoFarSide { point, position: x.to_vec(), distance })?;
                 last.far = Some(chord.far.facet);
                 self.add_chord(x, &chord, rows);
@@ -136,27 +143,27 @@ impl NearestProjection {
     /// The best chord through a target inside; none if lines from the boundary through the target leave nowhere.
     fn chord_inside<const D: usize>(
         &self,
-        source: &[[f64; D]],
         x: &[f64; D],
         nearest: Foot<D>,
         rounding: f64,
         hint: Option<usize>,
+        Scratch { near, line }: &mut Scratch,
     ) -> Option<Chord<D>> {
         let tried = nearest.facet;
-        let mut best = self.chord_from(source, x, nearest, rounding, hint);
+        let mut best = self.chord_from(x, nearest, rounding, hint, line);
         // A chord is drawn from its nearer foot, so that of a better one is nearer than the root of the best product. In the middle plane of a plate
         // both feet are equally near, up to rounding.
         let limit = |chord: &Chord<D>| (1.0 + 1e-9) * chord.product;
         let bound = best.as_ref().map_or(f64::INFINITY, limit);
-        self.boundary.visit_near(x, bound, |facet, bound| {
-            if facet == tried || facet::is_beside(&self.boundary.corners(source, facet), x) {
+        self.boundary.visit_near(x, bound, true, near, |facet, bound| {
+            if facet == tried || facet::is_beside(self.boundary.corners(facet), x) {
                 return bound;
             }
-            let foot = self.boundary.foot(source, facet, x);
+            let foot = self.boundary.foot(facet, x);
             let squared = distance_squared(&foot.position, x);
             if squared <= bound
-                && is_perpendicular(&self.boundary.corners(source, facet), &foot, x)
-                && let Some(chord) = self.chord_from(source, x, foot, rounding, hint)
+                && is_perpendicular(self.boundary.corners(facet), &foot, x)
+                && let Some(chord) = self.chord_from(x, foot, rounding, hint, line)
                 && squared <= limit(&chord)
                 && best.as_ref().is_none_or(|b| (chord.product, facet) < (b.product, b.near.facet))
             {
@@ -170,52 +177,44 @@ impl NearestProjection {
     /// The chord from `near` through `x`, if the boundary is left beyond `x`.
     fn chord_from<const D: usize>(
         &self,
-        source: &[[f64; D]],
         x: &[f64; D],
         near: Foot<D>,
         rounding: f64,
         hint: Option<usize>,
+        line: &mut Stack,
     ) -> Option<Chord<D>> {
-        let (direction, distance) = self.direction(source, x, &near);
+        let (direction, distance) = self.direction(x, &near);
         if distance <= rounding {
             return None;
         }
-        let (t, far) = self.boundary.first_meeting(source, x, &direction, 0.0, hint)?;
-        self.leaves(source, &far, &direction).then_some(Chord { product: distance * t, near, far })
+        let (t, far) = self.boundary.first_meeting(x, &direction, 0.0, hint, line)?;
+        self.leaves(&far, &direction).then_some(Chord { product: distance * t, near, far })
     }
 
     /// The chord of a target outside, from the nearest point away from the target through the body.
     fn chord_outside<const D: usize>(
         &self,
-        source: &[[f64; D]],
         x: &[f64; D],
         near: Foot<D>,
+        scratch: &mut Scratch,
     ) -> Option<Chord<D>> {
-        let (direction, distance) = self.direction(source, x, &near);
+        let (direction, distance) = self.direction(x, &near);
         let direction = direction.map(|c| -c);
         // Facets that meet in the foot are met at zero, up to rounding.
-        let corners = self.boundary.corners(source, near.facet);
+        let corners = self.boundary.corners::<D>(near.facet);
         let after = 1e-7 * distance_squared(&corners[1], &corners[0]).sqrt();
-        let (t, far) = self.boundary.first_meeting(source, &near.position, &direction, after, None)?;
-        self.leaves(source, &far, &direction).then_some(Chord {
-            product: distance * (distance + t),
-            near,
-            far,
-        })
+        let (t, far) =
+            self.boundary.first_meeting(&near.position, &direction, after, None, &mut scratch.line)?;
+        self.leaves(&far, &direction).then_some(Chord { product: distance * (distance + t), near, far })
     }
 
     /// Unit vector from the foot to the target, and their distance (m). Very near a facet it is the facet's normal, as the difference of the two
     /// is lost in rounding.
-    fn direction<const D: usize>(
-        &self,
-        source: &[[f64; D]],
-        x: &[f64; D],
-        near: &Foot<D>,
-    ) -> ([f64; D], f64) {
+    fn direction<const D: usize>(&self, x: &[f64; D], near: &Foot<D>) -> ([f64; D], f64) {
         let off = minus(x, &near.position);
         let distance = dot(&off, &off).sqrt();
-        let corners = self.boundary.corners(source, near.facet);
-        let normal = facet::normal(&corners);
+        let corners = self.boundary.corners::<D>(near.facet);
+        let normal = facet::normal(corners);
         let length = dot(&normal, &normal).sqrt();
         let scale = distance_squared(&corners[1], &corners[0]).sqrt();
         if distance > 1e-8 * scale {
@@ -226,8 +225,8 @@ impl NearestProjection {
     }
 
     /// Whether a line in this direction leaves the body at `foot`.
-    fn leaves<const D: usize>(&self, source: &[[f64; D]], foot: &Foot<D>, direction: &[f64; D]) -> bool {
-        dot(&facet::normal(&self.boundary.corners(source, foot.facet)), direction) > 0.0
+    fn leaves<const D: usize>(&self, foot: &Foot<D>, direction: &[f64; D]) -> bool {
+        dot(&facet::normal(self.boundary.corners::<D>(foot.facet)), direction) > 0.0
     }
 }
 

@@ -1,16 +1,45 @@
-//! Rows of consecutive parts of the targets, gathered at the same time.
+//! Parts of the targets at the same time.
 //!
 //! What a target's row is does not depend on the part that it is in, so that results are the same for any number of threads.
 
 use super::error::MappingError;
 use super::rows::Rows;
 use std::ops::Range;
-use std::thread::{Scope, ScopedJoinHandle, scope};
+use std::thread::scope;
 
 /// Fewest targets for which a thread is started: some tens of microseconds' worth of them.
 const FEWEST: usize = 1000;
 
-/// Scratch memory of each part, and its rows before they are put behind those of the part before.
+/// How many parts of `targets` points are worth so many threads.
+pub(super) fn count(targets: usize, threads: usize) -> usize {
+    threads.min(targets / FEWEST).max(1)
+}
+
+/// One of `count` consecutive parts of `0..targets`.
+pub(super) fn part(targets: usize, count: usize, k: usize) -> Range<usize> {
+    targets * k / count..targets * (k + 1) / count
+}
+
+/// Does `work` for all `tasks` at the same time, the first by this thread. The error is that of the first task that has one.
+pub(super) fn work_off<T: Send>(
+    tasks: impl IntoIterator<Item = T>,
+    work: impl Fn(T) -> Result<(), MappingError> + Sync,
+) -> Result<(), MappingError> {
+    let mut tasks = tasks.into_iter();
+    let Some(first) = tasks.next() else { return Ok(()) };
+    let work = &work;
+    scope(|scope| {
+        let started: Vec<_> = tasks.map(|task| scope.spawn(move || work(task))).collect();
+        let mut result = work(first);
+        for thread in started {
+            let found = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            result = result.and(found);
+        }
+        result
+    })
+}
+
+/// Scratch memory of each part, and the rows of all but the first before they are put behind those of the part before.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Parts<T> {
     first: T,
@@ -27,39 +56,18 @@ impl<T: Default + Send> Parts<T> {
         rows: &mut Rows,
         fill: impl Fn(Range<usize>, &mut T, &mut Rows) -> Result<(), MappingError> + Sync,
     ) -> Result<(), MappingError> {
-        let count = threads.min(targets / FEWEST).max(1);
-        let part = |k: usize| targets * k / count..targets * (k + 1) / count;
+        let count = count(targets, threads);
         self.others.resize_with(count - 1, Default::default);
         let Self { first, others } = self;
-        let fill = &fill;
-        scope(|scope| {
-            let started: Vec<_> = others
-                .iter_mut()
-                .enumerate()
-                .map(|(k, other)| start(scope, part(k + 1), other, fill))
-                .collect();
-            let mut result = fill(part(0), first, rows);
-            for thread in started {
-                let found = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-                result = result.and(found);
-            }
-            result
-        })?;
-        for (_, other) in others {
+        let others = others.iter_mut().map(|(scratch, rows)| {
+            rows.clear();
+            (scratch, rows)
+        });
+        let tasks = std::iter::once((first, &mut *rows)).chain(others).enumerate();
+        work_off(tasks, |(k, (scratch, rows))| fill(part(targets, count, k), scratch, rows))?;
+        for (_, other) in &self.others {
             rows.append(other);
         }
         Ok(())
     }
-}
-
-fn start<'scope, T: Send>(
-    scope: &'scope Scope<'scope, '_>,
-    part: Range<usize>,
-    (scratch, rows): &'scope mut (T, Rows),
-    fill: &'scope (impl Fn(Range<usize>, &mut T, &mut Rows) -> Result<(), MappingError> + Sync),
-) -> ScopedJoinHandle<'scope, Result<(), MappingError>> {
-    scope.spawn(move || {
-        rows.clear();
-        fill(part, scratch, rows)
-    })
 }

@@ -1,17 +1,20 @@
-//! The rows of a mapping while they are gathered, in the storage of a CSR matrix.
+//! The rows of a mapping: a CSR matrix, gathered row by row.
 
-use sprs::CsMat;
+use sprs::CsMatViewI;
 
 /// Rows in CSR form: columns ascending in each row, no explicit zeros.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Rows {
     starts: Vec<usize>,
-    columns: Vec<usize>,
+    columns: Vec<u32>,
     weights: Vec<f64>,
-    row: Vec<(usize, f64)>,
-    /// Of the columns around those of the row at hand, which it has, a bit each, and their sums.
-    taken: Vec<u64>,
-    sums: Vec<f64>,
+    row: Vec<(u32, f64)>,
+}
+
+impl Default for Rows {
+    fn default() -> Self {
+        Self { starts: vec![0], columns: Vec::new(), weights: Vec::new(), row: Vec::new() }
+    }
 }
 
 impl Rows {
@@ -26,20 +29,12 @@ impl Rows {
 
     /// Adds `weight` to `column` of the row at hand.
     pub fn add(&mut self, column: usize, weight: f64) {
-        self.row.push((column, weight));
+        self.row.push((column as u32, weight));
     }
 
     /// Ends the row at hand: sorts it, adds up entries of one column in the order in which they came, and leaves out those that are zero.
     pub fn end_row(&mut self) {
-        let columns = self.row.iter().map(|&(column, _)| column);
-        let (low, high) = columns.fold((usize::MAX, 0), |(low, high), c| (low.min(c), high.max(c)));
-        let words = if low <= high { high / 64 - low / 64 + 1 } else { 0 };
-        // A long row is sorted by marking its columns, unless they are too far apart for that.
-        if self.row.len() > 16 && words <= 8 * self.row.len() {
-            self.mark(low / 64 * 64, words);
-        } else {
-            self.sort();
-        }
+        self.sort();
         self.row.clear();
         self.starts.push(self.columns.len());
     }
@@ -57,31 +52,6 @@ impl Rows {
         }
     }
 
-    /// Sorts the row at hand whose columns are in that number of words of 64 from `first` on.
-    fn mark(&mut self, first: usize, words: usize) {
-        let Self { columns, weights, row, taken, sums, .. } = self;
-        if taken.len() < words {
-            taken.resize(words, 0);
-            sums.resize(64 * words, 0.0);
-        }
-        for &(column, weight) in row.iter().filter(|(_, weight)| *weight != 0.0) {
-            let at = column - first;
-            let bit = 1 << (at % 64);
-            let before = if taken[at / 64] & bit == 0 { 0.0 } else { sums[at] };
-            taken[at / 64] |= bit;
-            sums[at] = before + weight;
-        }
-        for (word, taken) in taken[..words].iter_mut().enumerate() {
-            let mut bits = std::mem::take(taken);
-            while bits != 0 {
-                let at = 64 * word + bits.trailing_zeros() as usize;
-                bits &= bits - 1;
-                columns.push(first + at);
-                weights.push(sums[at]);
-            }
-        }
-    }
-
     /// Puts the rows of `other` behind its own.
     pub fn append(&mut self, other: &Self) {
         let entries = self.columns.len();
@@ -90,19 +60,57 @@ impl Rows {
         self.starts.extend(other.starts[1..].iter().map(|start| entries + start));
     }
 
-    /// Puts the rows into `matrix` and takes its storage for the next time.
-    pub fn swap_into(&mut self, matrix: &mut CsMat<f64>, columns: usize) {
-        let shape = (self.starts.len() - 1, columns);
-        let take = std::mem::take::<Vec<usize>>;
-        let rows = CsMat::try_new(
-            shape,
-            take(&mut self.starts),
-            take(&mut self.columns),
-            std::mem::take(&mut self.weights),
-        )
-        .map_err(|(.., error)| error)
-        .expect("rows are ended one by one, with columns ascending and inside the source points");
-        (self.starts, self.columns, self.weights) = std::mem::replace(matrix, rows).into_raw_storage();
+    /// Lays out rows of such lengths, to be filled in.
+    pub fn lay_out<'a>(&mut self, lengths: impl Iterator<Item = &'a u32>) {
+        let mut end = 0;
+        self.starts.clear();
+        self.starts.push(0);
+        self.starts.extend(lengths.map(|length| {
+            end += *length as usize;
+            end
+        }));
+        self.columns.resize(end, 0);
+        self.weights.resize(end, 0.0);
+    }
+
+    /// Where rows start, their columns and weights.
+    pub fn slots(&mut self) -> (&[usize], &mut [u32], &mut [f64]) {
+        (&self.starts, &mut self.columns, &mut self.weights)
+    }
+
+    /// Leaves out what is zero.
+    pub fn drop_zeros(&mut self) {
+        let (mut from, mut kept) = (0, 0);
+        for end in &mut self.starts[1..] {
+            for k in from..*end {
+                if self.weights[k] != 0.0 {
+                    (self.columns[kept], self.weights[kept]) = (self.columns[k], self.weights[k]);
+                    kept += 1;
+                }
+            }
+            (from, *end) = (*end, kept);
+        }
+        self.columns.truncate(kept);
+        self.weights.truncate(kept);
+    }
+
+    /// Number of rows.
+    pub fn count(&self) -> usize {
+        self.starts.len() - 1
+    }
+
+    /// Columns and weights of a row.
+    #[inline]
+    pub fn row(&self, row: usize) -> (&[u32], &[f64]) {
+        let range = self.starts[row]..self.starts[row + 1];
+        (&self.columns[range.clone()], &self.weights[range])
+    }
+
+    /// As a matrix of so many columns.
+    pub fn matrix(&self, columns: usize) -> CsMatViewI<'_, f64, u32, usize> {
+        CsMatViewI::try_new((self.count(), columns), &self.starts[..], &self.columns[..], &self.weights[..])
+            .map_err(|(.., error)| error)
+            .expect("rows are ended one by one, with columns ascending and inside the source points")
     }
 }
 
@@ -119,25 +127,23 @@ mod tests {
         }
         rows.end_row();
         rows.end_row();
-        let mut matrix = CsMat::zero((0, 0));
-        rows.swap_into(&mut matrix, 4);
+        let matrix = rows.matrix(4);
         assert_eq!(matrix.shape(), (2, 4));
         assert_eq!((matrix.indices(), matrix.data()), (&[1, 3][..], &[2.0, 1.5][..]));
     }
 
     #[test]
-    fn long_rows_are_sorted_as_short_ones_are() {
-        let (mut marked, mut sorted) = (Rows::default(), Rows::default());
-        for rows in [&mut marked, &mut sorted] {
-            rows.clear();
-            // Each column twice, over three words; two weights that cancel each other and one that is zero among them.
-            for k in 0..60_u32 {
-                let k_in_half = (k % 30) as usize;
-                rows.add(100 + k_in_half * (1 + 98 * (k_in_half % 2)) % 131, f64::from(k) - 20.0);
-            }
-        }
-        marked.end_row();
-        sorted.sort();
-        assert_eq!((marked.columns, marked.weights), (sorted.columns, sorted.weights));
+    fn rows_laid_out_are_filled_in_and_rid_of_zeros() {
+        let mut rows = Rows::default();
+        rows.lay_out([2, 0, 3].iter());
+        let (starts, columns, weights) = rows.slots();
+        assert_eq!(starts, [0, 2, 2, 5]);
+        columns.copy_from_slice(&[0, 3, 1, 2, 3]);
+        weights.copy_from_slice(&[1.0, 0.0, 0.0, 2.0, 0.0]);
+        rows.drop_zeros();
+        assert_eq!(rows.count(), 3);
+        assert_eq!(rows.row(0), (&[0][..], &[1.0][..]));
+        assert_eq!(rows.row(1), (&[][..], &[][..]));
+        assert_eq!(rows.row(2), (&[2][..], &[2.0][..]));
     }
 }
