@@ -33,7 +33,7 @@ impl Address {
         Self { domain: DOMAIN.to_owned(), run: run.into(), role }
     }
 
-    /// The same in another domain: lower-case letters, digits, `-` and `_`.
+    /// The same in another domain: lower-case letters, digits and `-`.
     pub fn in_domain(self, domain: impl Into<String>) -> Self {
         Self { domain: domain.into(), ..self }
     }
@@ -73,10 +73,11 @@ impl Address {
 
     /// The library's settings, whole, so that no file in a working or home directory changes them.
     pub(super) fn config(&self) -> Result<Config, String> {
-        let sound = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
+        // `_` ends a prefix: no domain's is the beginning of another's.
+        let sound = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         if self.domain.is_empty() || self.domain.len() > 32 || !self.domain.chars().all(sound) {
             return Err(format!(
-                "`{}` is no domain: 1 to 32 lower-case letters, digits, `-` and `_`",
+                "`{}` is no domain: 1 to 32 lower-case letters, digits and `-`",
                 self.domain
             ));
         }
@@ -117,7 +118,7 @@ mod tests {
 
     #[test]
     fn a_domain_that_would_escape_its_folder_is_refused() {
-        for domain in ["", "../tmp", "a/b", "Gate", "an_unreasonably_long_name_of_a_domain"] {
+        for domain in ["", "../tmp", "a/b", "Gate", "a_0", "an_unreasonably_long_name_of_a_domain"] {
             assert!(Address::new("run", Role::Fluid).in_domain(domain).config().is_err(), "{domain}");
         }
     }
