@@ -12,6 +12,7 @@ use crate::conjugate_gradients;
 use crate::error::Error;
 use crate::hierarchy::Origin;
 use crate::interface::{InterfaceInput, StructureSurface};
+use crate::interface_load::WallForces;
 use crate::neighbourhood::Neighbourhood;
 use crate::order::ParticleOrder;
 use crate::preconditioner::PressurePreconditioner;
@@ -70,7 +71,7 @@ pub(crate) struct Scratch<const D: usize> {
     /// What one stage makes and uses up itself: viscous accelerations, then the difference that Eq. (18) makes, then shifts.
     passing: Vec<Vector<D>>,
     contact_impulses: Vec<Vector<D>>,
-    pub(crate) wall_forces: Vec<Vector<D>>,
+    pub(crate) wall_forces: WallForces<D>,
     keep: Vec<bool>,
     order: ParticleOrder,
 }

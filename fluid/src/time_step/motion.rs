@@ -104,7 +104,7 @@ impl<const D: usize> Fluid<D> {
                     u,
                     displacement,
                     |part, change, boundary| {
-                        s.wall_forces[part] -= change * (mass / dt);
+                        s.wall_forces.forces[part] -= change * (mass / dt);
                         report.contact_structure_work += mass * change.dot(&boundary);
                     },
                 );
@@ -152,7 +152,7 @@ impl<const D: usize> Fluid<D> {
                 return Err(Error::NotFinite { field, particle: trial.ids[a] as usize, time, remedy });
             }
         }
-        let s = &self.scratch;
+        let s = &mut self.scratch;
         let mass = self.properties.density * self.properties.particle_volume;
         accounting::balance(&self.properties, &s.neighbourhood.period, mass, accepted, trial, report);
         let own =
@@ -164,8 +164,10 @@ impl<const D: usize> Fluid<D> {
             .iter()
             .zip(&self.interface.volumes)
             .fold(Vector::zeros(), |sum, (r, v)| sum + r * (v * report.dt));
-        report.wall_impulse = s.wall_forces.iter().fold(Vector::zeros(), |sum, f| sum - f * report.dt);
+        let forces = &s.wall_forces.forces;
+        report.wall_impulse = forces.iter().fold(Vector::zeros(), |sum, f| sum - f * report.dt);
         report.momentum_error -= report.structure_impulse + report.wall_impulse;
+        s.wall_forces.lay(&report.momentum_error, report.dt);
         (report.mean_density_error, report.largest_density_error) =
             accounting::density_errors(&s.neighbourhood, &s.surface, self.lattice_concentration);
         report.pocket_particles = s.surface.pocket_particles;

@@ -33,8 +33,7 @@ impl<const D: usize> Fluid<D> {
         viscosity::accelerations(&input, &self.options, &mut s.passing_numbers, &mut s.passing);
         s.contact_impulses.clear();
         s.contact_impulses.resize(self.interface.volumes.len(), Vector::zeros());
-        s.wall_forces.clear();
-        s.wall_forces.resize(self.walls.parts.len(), Vector::zeros());
+        s.wall_forces.clear(self.walls.parts.len());
         let mass = self.properties.density * self.properties.particle_volume;
         interface_load::boundary_friction(
             &s.neighbourhood,
@@ -45,7 +44,7 @@ impl<const D: usize> Fluid<D> {
             &mut s.passing,
             |body, acceleration| match body {
                 interface_load::Body::Structure(i) => s.contact_impulses[i] += acceleration * (mass * dt),
-                interface_load::Body::Wall(part) => s.wall_forces[part] -= acceleration * mass,
+                interface_load::Body::Wall(part) => s.wall_forces.forces[part] -= acceleration * mass,
             },
         );
         let gravity = self.properties.gravity;
