@@ -63,6 +63,8 @@ pub struct StepReport<const D: usize> {
     pub splashes: usize,
     /// Particles in pockets without a surface.
     pub pocket_particles: usize,
+    /// Particles that would be pulled and were torn.
+    pub torn: usize,
     /// Particles that left the domain so far.
     pub left: u64,
     /// Particles lost so far.
@@ -97,6 +99,7 @@ impl<const D: usize> Default for StepReport<D> {
             particles: 0,
             splashes: 0,
             pocket_particles: 0,
+            torn: 0,
             left: 0,
             lost: 0,
         }

@@ -133,6 +133,7 @@ impl<const D: usize> Fluid<D> {
             self.output.pair_reactions[i] += impulse / (dt * self.interface.volumes[i]);
         }
         trial.classes.clone_from(&s.surface.classes);
+        s.torn.iter().for_each(|&a| trial.classes[a as usize] = SurfaceClass::Torn);
         report.largest_shift = parallel::max(s.passing.len(), 0.0, |a| s.passing[a].norm());
     }
 
@@ -171,6 +172,7 @@ impl<const D: usize> Fluid<D> {
         (report.mean_density_error, report.largest_density_error) =
             accounting::density_errors(&s.neighbourhood, &s.surface, self.lattice_concentration);
         report.pocket_particles = s.surface.pocket_particles;
+        report.torn = s.torn.len();
         report.splashes = s.surface.classes.iter().filter(|c| **c == SurfaceClass::Splash).count();
         if s.keep.contains(&false) {
             trial.retain(&s.keep);
