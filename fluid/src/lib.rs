@@ -8,8 +8,8 @@
 //! |---|---|---|
 //! | neighbours, kernel sums, `B` | (1), (2), (5) | [`neighbourhood`], [`rows`] |
 //! | free surface, α, normals, pockets | (16), (17), (25), (26) | [`surface`] |
-//! | positions projected onto the density | – | [`position_projection`] |
 //! | predictor: gravity, laminar, sub-particle-scale and approach viscosity | (10)–(13), (4), (6), (7) | [`viscosity`], [`correction`] |
+//! | positions projected onto the density | – | [`position_projection`] |
 //! | pressure Poisson equation | (14)–(16) | [`pressure_operator`], [`surface_offset`], [`tearing`] |
 //! | its solution | – | [`conjugate_gradients`], [`preconditioner`], [`multigrid`], [`hierarchy`] |
 //! | velocity | (18) | [`velocity_correction`] |
