@@ -66,8 +66,8 @@ fn traffic(stage: Stage, pairs: f64, pressure: f64, positions: f64, made: f64) -
 const STAGES: [Stage; 7] = [
     Stage::Neighbours,
     Stage::Assembly,
-    Stage::PositionProjection,
     Stage::Prediction,
+    Stage::PositionProjection,
     Stage::PressureSolve,
     Stage::VelocityAndLoad,
     Stage::MotionAndAccounts,

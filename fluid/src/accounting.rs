@@ -44,9 +44,10 @@ pub struct StepReport<const D: usize> {
     pub momentum: Vector<D>,
     /// Momentum that the structure gave, `Δt Σ V_s R_s`.
     pub structure_impulse: Vector<D>,
-    /// Momentum that the walls gave, by the transpose of the divergence and contact.
+    /// Momentum that the walls gave, by pairs of fluid and wall and by contact.
     pub wall_impulse: Vector<D>,
-    /// Change of momentum that gravity, structure and walls do not explain: Eq. (18) does not conserve it.
+    /// Change of momentum that gravity, structure and those pairs do not explain: Eq. (18) does not conserve it. Forces on walls hold it
+    /// ([`WallForces::lay`](crate::interface_load::WallForces::lay)).
     pub momentum_error: Vector<D>,
     /// Mean of `(n − n₀)/n₀` over interior particles: the volume drift with its sign turned.
     pub mean_density_error: f64,
@@ -62,6 +63,8 @@ pub struct StepReport<const D: usize> {
     pub splashes: usize,
     /// Particles in pockets without a surface.
     pub pocket_particles: usize,
+    /// Particles that would be pulled and were torn.
+    pub torn: usize,
     /// Particles that left the domain so far.
     pub left: u64,
     /// Particles lost so far.
@@ -96,6 +99,7 @@ impl<const D: usize> Default for StepReport<D> {
             particles: 0,
             splashes: 0,
             pocket_particles: 0,
+            torn: 0,
             left: 0,
             lost: 0,
         }

@@ -29,6 +29,17 @@ pub enum ShiftingLaw {
     Off,
 }
 
+/// Where fluid that would be pulled, its pressure below that of the surface, is torn instead.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tearing {
+    /// Nowhere: it bears any tension.
+    Off,
+    /// Where air can come in: with the surface, or torn fluid, within reach.
+    AtSurface,
+    /// Wherever there is a surface at all: in cavities, too, that have closed.
+    Everywhere,
+}
+
 /// Load on the structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Load {
@@ -111,6 +122,8 @@ pub struct Options {
     pub corrected_gradient: bool,
     /// Pressure of the layer outside particles on and near the surface ([`surface_offset`](crate::surface_offset)).
     pub surface_offset: bool,
+    /// Where fluid that would be pulled is torn ([`tearing`](crate::tearing)).
+    pub tearing: Tearing,
     /// Shifting law.
     pub shifting: ShiftingLaw,
     /// Shifting coefficient: times `2h u Δt` of [`ShiftingLaw::Concentration`], the paper's `C` of [`ShiftingLaw::Paper`].
@@ -164,6 +177,7 @@ impl Default for Options {
             position_projection: true,
             corrected_gradient: true,
             surface_offset: true,
+            tearing: Tearing::Off,
             shifting: ShiftingLaw::Concentration,
             shifting_coefficient: 0.5,
             shifting_limit: 0.2,

@@ -91,11 +91,12 @@ impl<const D: usize> Fluid<D> {
         Probe { state, kernel: self.kernel, grid: CellGrid::new(&state.positions, self.kernel.support()) }
     }
 
-    /// Force (N) of the fluid on a named part of the walls in the last step: pressure, contact and friction.
+    /// Force (N) of the fluid on a named part of the walls in the last step: pressure, contact and friction, and its part of what no pair explains
+    /// ([`WallForces::lay`](crate::interface_load::WallForces::lay)).
     pub fn wall_force(&self, name: &str) -> Option<Vector<D>> {
         self.walls
             .part(name)
-            .map(|part| self.scratch.wall_forces.get(part).copied().unwrap_or_else(Vector::zeros))
+            .map(|part| self.scratch.wall_forces.forces.get(part).copied().unwrap_or_else(Vector::zeros))
     }
 
     /// Lists and sums of the last step, on the positions it started from.

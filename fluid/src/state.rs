@@ -17,12 +17,16 @@ pub enum SurfaceClass {
     Surface = 2,
     /// Without fluid neighbours: flies freely.
     Splash = 3,
+    /// Within the fluid, but without pressure, since it would be pulled ([`tearing`](crate::tearing)).
+    Torn = 4,
 }
 
 impl SurfaceClass {
     /// The class that `byte` stands for in a saved state.
     pub fn from_byte(byte: u8) -> Option<Self> {
-        [Self::Interior, Self::NearSurface, Self::Surface, Self::Splash].get(usize::from(byte)).copied()
+        [Self::Interior, Self::NearSurface, Self::Surface, Self::Splash, Self::Torn]
+            .get(usize::from(byte))
+            .copied()
     }
 }
 

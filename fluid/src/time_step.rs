@@ -12,6 +12,7 @@ use crate::conjugate_gradients;
 use crate::error::Error;
 use crate::hierarchy::Origin;
 use crate::interface::{InterfaceInput, StructureSurface};
+use crate::interface_load::WallForces;
 use crate::neighbourhood::Neighbourhood;
 use crate::order::ParticleOrder;
 use crate::preconditioner::PressurePreconditioner;
@@ -30,10 +31,10 @@ pub enum Stage {
     Neighbours,
     /// The operator's diagonal and the preconditioner.
     Assembly,
+    /// Velocity without pressure; what it tears.
+    Prediction,
     /// Projection of positions onto the density.
     PositionProjection,
-    /// Velocity without pressure.
-    Prediction,
     /// Pressure Poisson equation.
     PressureSolve,
     /// Velocity by pressure, loads.
@@ -70,8 +71,9 @@ pub(crate) struct Scratch<const D: usize> {
     /// What one stage makes and uses up itself: viscous accelerations, then the difference that Eq. (18) makes, then shifts.
     passing: Vec<Vector<D>>,
     contact_impulses: Vec<Vector<D>>,
-    pub(crate) wall_forces: Vec<Vector<D>>,
+    pub(crate) wall_forces: WallForces<D>,
     keep: Vec<bool>,
+    torn: Vec<u32>,
     order: ParticleOrder,
 }
 
@@ -124,10 +126,11 @@ impl<const D: usize> Fluid<D> {
         self.assemble(); //                                                 (15), (16)
         self.choose_hierarchy(accepted, (time, dt), structure, trial);
         done(Stage::Assembly);
+        self.predict(accepted, dt, structure, &mut report); //              (10)–(13)
+        self.find_known(accepted);
+        done(Stage::Prediction);
         self.project_positions(time, trial, &mut report)?; //               density error
         done(Stage::PositionProjection);
-        self.predict(accepted, dt, structure, &mut report); //              (10)–(13)
-        done(Stage::Prediction);
         self.solve_pressure(accepted, time, dt, trial, &mut report)?; //     (14)–(17)
         done(Stage::PressureSolve);
         self.correct_velocity(dt, structure, trial, &mut report); //         (18)

@@ -3,7 +3,7 @@
 use super::failed;
 use crate::{
     FluidProperties, Law, Load, Motion, Options, Preconditioner, ShiftingLaw, Side, State, StructureVelocity,
-    ViscousOperator, WallPart, WallShape, Walls,
+    Tearing, ViscousOperator, WallPart, WallShape, Walls,
 };
 use interfaces::ParticipantError;
 use interfaces::case::coupling::{LoadForm, StructureVelocity as Velocity};
@@ -176,6 +176,11 @@ fn numerics(from: &FluidNumerics) -> Options {
         corrected_gradient: from.corrected_gradient,
         surface_thresholds: (from.surface_thresholds[0], from.surface_thresholds[1]),
         surface_offset: from.surface_offset,
+        tearing: match from.tearing {
+            numerics::Tearing::Off => Tearing::Off,
+            numerics::Tearing::AtSurface => Tearing::AtSurface,
+            numerics::Tearing::Everywhere => Tearing::Everywhere,
+        },
         shifting: match from.shifting {
             Shifting::Concentration => ShiftingLaw::Concentration,
             Shifting::Paper => ShiftingLaw::Paper,

@@ -140,8 +140,6 @@ impl<const D: usize> Fluid<D> {
             let kept = self.options.preconditioner == Preconditioner::Multigrid;
             trial.hierarchy = kept.then(|| Hierarchy::new(origin));
         }
-        let s = &mut self.scratch;
-        s.preconditioner.fit(&s.surface.free, &s.diagonal, 1.0 / self.properties.density);
     }
 
     fn prepare(&mut self, origin: &Arc<Origin<D>>) {

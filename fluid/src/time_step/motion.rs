@@ -104,7 +104,7 @@ impl<const D: usize> Fluid<D> {
                     u,
                     displacement,
                     |part, change, boundary| {
-                        s.wall_forces[part] -= change * (mass / dt);
+                        s.wall_forces.forces[part] -= change * (mass / dt);
                         report.contact_structure_work += mass * change.dot(&boundary);
                     },
                 );
@@ -133,6 +133,7 @@ impl<const D: usize> Fluid<D> {
             self.output.pair_reactions[i] += impulse / (dt * self.interface.volumes[i]);
         }
         trial.classes.clone_from(&s.surface.classes);
+        s.torn.iter().for_each(|&a| trial.classes[a as usize] = SurfaceClass::Torn);
         report.largest_shift = parallel::max(s.passing.len(), 0.0, |a| s.passing[a].norm());
     }
 
@@ -152,7 +153,7 @@ impl<const D: usize> Fluid<D> {
                 return Err(Error::NotFinite { field, particle: trial.ids[a] as usize, time, remedy });
             }
         }
-        let s = &self.scratch;
+        let s = &mut self.scratch;
         let mass = self.properties.density * self.properties.particle_volume;
         accounting::balance(&self.properties, &s.neighbourhood.period, mass, accepted, trial, report);
         let own =
@@ -164,11 +165,14 @@ impl<const D: usize> Fluid<D> {
             .iter()
             .zip(&self.interface.volumes)
             .fold(Vector::zeros(), |sum, (r, v)| sum + r * (v * report.dt));
-        report.wall_impulse = s.wall_forces.iter().fold(Vector::zeros(), |sum, f| sum - f * report.dt);
+        let forces = &s.wall_forces.forces;
+        report.wall_impulse = forces.iter().fold(Vector::zeros(), |sum, f| sum - f * report.dt);
         report.momentum_error -= report.structure_impulse + report.wall_impulse;
+        s.wall_forces.lay(&report.momentum_error, report.dt);
         (report.mean_density_error, report.largest_density_error) =
             accounting::density_errors(&s.neighbourhood, &s.surface, self.lattice_concentration);
         report.pocket_particles = s.surface.pocket_particles;
+        report.torn = s.torn.len();
         report.splashes = s.surface.classes.iter().filter(|c| **c == SurfaceClass::Splash).count();
         if s.keep.contains(&false) {
             trial.retain(&s.keep);

@@ -4,8 +4,11 @@ use super::ROWS;
 use crate::accounting::StepReport;
 use crate::interface::InterfaceInput;
 use crate::interface_load;
+use crate::options::Tearing;
+use crate::pressure_operator;
 use crate::solver::Fluid;
 use crate::state::State;
+use crate::tearing;
 use crate::viscosity::{self, ViscousInput};
 use rayon::prelude::*;
 use sph::{Vector, parallel};
@@ -33,8 +36,7 @@ impl<const D: usize> Fluid<D> {
         viscosity::accelerations(&input, &self.options, &mut s.passing_numbers, &mut s.passing);
         s.contact_impulses.clear();
         s.contact_impulses.resize(self.interface.volumes.len(), Vector::zeros());
-        s.wall_forces.clear();
-        s.wall_forces.resize(self.walls.parts.len(), Vector::zeros());
+        s.wall_forces.clear(self.walls.parts.len());
         let mass = self.properties.density * self.properties.particle_volume;
         interface_load::boundary_friction(
             &s.neighbourhood,
@@ -45,7 +47,7 @@ impl<const D: usize> Fluid<D> {
             &mut s.passing,
             |body, acceleration| match body {
                 interface_load::Body::Structure(i) => s.contact_impulses[i] += acceleration * (mass * dt),
-                interface_load::Body::Wall(part) => s.wall_forces[part] -= acceleration * mass,
+                interface_load::Body::Wall(part) => s.wall_forces.forces[part] -= acceleration * mass,
             },
         );
         let gravity = self.properties.gravity;
@@ -79,5 +81,27 @@ impl<const D: usize> Fluid<D> {
                 list.of(a).iter().zip(gradients).map(|(&w, g)| 2.0 * g.dot(&speed(w))).sum::<f64>()
             }));
         }
+    }
+
+    /// Settles which pressures are known, and tells the preconditioner.
+    pub(super) fn find_known(&mut self, accepted: &State<D>) {
+        let s = &mut self.scratch;
+        s.torn.clear();
+        if self.options.tearing != Tearing::Off {
+            let (own, structure) = (&s.terms.own, &s.predicted_structure);
+            let parting = &mut s.passing_numbers;
+            pressure_operator::divergence(
+                &s.neighbourhood,
+                own,
+                &s.predicted,
+                &s.wall_rate,
+                structure,
+                parting,
+            );
+            let limit = -tearing::LIMIT * self.properties.density * self.reference_velocity.powi(2);
+            let law = (self.options.tearing, limit);
+            tearing::find(law, parting, &s.neighbourhood, accepted, &mut s.surface, &mut s.torn);
+        }
+        s.preconditioner.fit(&s.surface.free, &s.diagonal, 1.0 / self.properties.density);
     }
 }

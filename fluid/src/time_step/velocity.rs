@@ -121,14 +121,13 @@ impl<const D: usize> Fluid<D> {
             &mut self.output.pair_reactions,
         );
         interface_load::pressures(&s.neighbourhood, &self.kernel, p, &mut self.output.pressures);
-        interface_load::wall_forces(
-            &s.neighbourhood,
+        s.wall_forces.add_pressures(
+            (&s.neighbourhood, &s.corrections),
             &self.walls,
             &self.properties,
             &accepted.positions,
             &s.confidence,
             p,
-            &mut s.wall_forces,
         );
     }
 }

@@ -46,6 +46,18 @@ pub enum Shifting {
     Off,
 }
 
+/// Where fluid that would be pulled is torn open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tearing {
+    /// Nowhere: it bears any tension.
+    Off,
+    /// Where air can come in: with the surface, or fluid that is torn, within reach.
+    AtSurface,
+    /// In cavities, too, that have closed.
+    Everywhere,
+}
+
 /// Numerics of the ISPH fluid, as written.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -91,6 +103,8 @@ pub struct FluidNumericsKeys {
     pub surface_thresholds: Option<[f64; 2]>,
     /// Whether the pressure of surface particles carries half a spacing of the pressure gradient.
     pub surface_offset: Option<bool>,
+    /// Where fluid that would be pulled, its pressure below that of the surface, is torn open instead.
+    pub tearing: Option<Tearing>,
     /// Law of particle shifting.
     pub shifting: Option<Shifting>,
     /// Factor of the shifting vector.
@@ -143,6 +157,8 @@ pub struct FluidNumerics {
     pub surface_thresholds: [f64; 2],
     /// Whether the pressure of surface particles carries half a spacing of the pressure gradient.
     pub surface_offset: bool,
+    /// Where fluid that would be pulled, its pressure below that of the surface, is torn open instead.
+    pub tearing: Tearing,
     /// Law of particle shifting.
     pub shifting: Shifting,
     /// Factor of the shifting vector.
@@ -177,6 +193,7 @@ impl FluidNumerics {
             corrected_gradient: true,
             surface_thresholds: [0.8, 0.9],
             surface_offset: true,
+            tearing: Tearing::Off,
             shifting: Shifting::Concentration,
             shifting_coefficient: 0.5,
             shifting_limit: 0.2,
@@ -226,6 +243,7 @@ impl FluidNumericsKeys {
             corrected_gradient: self.corrected_gradient.unwrap_or(of_scheme.corrected_gradient),
             surface_thresholds: self.surface_thresholds.unwrap_or(of_scheme.surface_thresholds),
             surface_offset: self.surface_offset.unwrap_or(of_scheme.surface_offset),
+            tearing: self.tearing.unwrap_or(of_scheme.tearing),
             shifting: self.shifting.unwrap_or(of_scheme.shifting),
             shifting_coefficient: self.shifting_coefficient.unwrap_or(of_scheme.shifting_coefficient),
             shifting_limit: self.shifting_limit.unwrap_or(of_scheme.shifting_limit),
