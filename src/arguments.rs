@@ -233,6 +233,9 @@ pub struct Exchange {
     /// Windows a measurement [default: about a second of them]
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u64).range(10..))]
     pub windows: Option<u64>,
+    /// Leave each process where the system puts it, as coupling.share_core = false does
+    #[arg(long)]
+    pub apart: bool,
     /// Prefix of everything in shared memory
     #[arg(long, env = "MENISCUS_DOMAIN", value_name = "NAME", hide = true)]
     pub domain: Option<String>,

@@ -26,6 +26,8 @@ pub struct Options {
     pub points: Vec<usize>,
     /// Windows to measure, where not as many as take about a second.
     pub windows: Option<u64>,
+    /// Whether the processes may be put on one core, raw as coupled ([`crate::placement`]).
+    pub share_core: bool,
     /// Our executable, for the participants' processes.
     pub executable: PathBuf,
     /// Domain of shared memory, where it is not the usual one.

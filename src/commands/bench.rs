@@ -22,6 +22,7 @@ fn exchange(arguments: &Exchange) -> ExitCode {
     let options = bench::Options {
         points: arguments.points.clone(),
         windows: arguments.windows,
+        share_core: !arguments.apart,
         executable,
         domain: arguments.domain.clone(),
         stop,

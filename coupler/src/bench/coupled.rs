@@ -34,7 +34,8 @@ density = 1000.0
 "#;
 
 /// The case of a series.
-fn case(series: Series, points: usize, windows: u64, executable: &Path) -> Case {
+fn case(series: Series, points: usize, windows: u64, options: &Options) -> Case {
+    let executable = &options.executable;
     let mock = |words: &[&str]| {
         let mut command = vec![executable.display().to_string(), "mock".to_owned(), "idle".to_owned()];
         command.extend(words.iter().map(|word| (*word).to_owned()));
@@ -48,6 +49,7 @@ fn case(series: Series, points: usize, windows: u64, executable: &Path) -> Case 
         format!("case.end_time={windows}.0"),
         format!("case.output_interval={windows}.0"),
         "coupling.max_window=1.0".to_owned(),
+        format!("coupling.share_core={}", options.share_core),
         format!("fluid.participant.command={}", mock(&["role=fluid", &varies])),
         format!("structure.participant.command={}", mock(&["role=structure", &interpolates])),
     ];
@@ -89,7 +91,7 @@ fn measure_in(
     options: &Options,
     out: &Path,
 ) -> Result<Measured, BenchError> {
-    let case = case(series, points, windows, &options.executable);
+    let case = case(series, points, windows, options);
     let run_options = run::Options {
         out: out.to_owned(),
         in_process: false,

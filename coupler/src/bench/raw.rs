@@ -85,7 +85,8 @@ pub(super) fn measure(
     let (of_structure, of_fluid) = series.solutions();
     let mut times = Vec::with_capacity(windows as usize);
     let mut cpu = 0.0;
-    let mut placement = Placement::new(&[structure.child.id(), fluid.child.id()]);
+    let processes = [structure.child.id(), fluid.child.id()];
+    let mut placement = Placement::new(if options.share_core { &processes } else { &[] });
     for window in 0..windows {
         if window == warm_up(windows) {
             times.clear();
