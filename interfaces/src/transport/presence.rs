@@ -63,7 +63,7 @@ impl Drop for Presence {
 
 /// The domain's lock, shared; nothing while another process has it alone or has just removed it.
 fn locked(root: &Path, prefix: &str) -> io::Result<Option<File>> {
-    fs::DirBuilder::new().recursive(true).mode(0o755).create(root)?;
+    fs::DirBuilder::new().recursive(true).mode(0o750).create(root)?;
     let path = root.join(LOCK);
     let lock = match File::options().create(true).truncate(false).write(true).open(&path) {
         Ok(lock) => lock,
@@ -82,7 +82,8 @@ fn locked(root: &Path, prefix: &str) -> io::Result<Option<File>> {
     match flock(&lock, FlockOperation::NonBlockingLockShared) {
         Ok(()) => Ok(current().map(|()| lock)),
         Err(Errno::WOULDBLOCK) => Ok(None),
-        Err(error) => Err(error.into()),
+        // Some file systems know no locks; then nobody is ever alone, and iceoryx2's own cleaning has to do.
+        Err(_) => Ok(Some(lock)),
     }
 }
 
