@@ -1,6 +1,6 @@
 //! Where the processes of a run are executed: on one core, while that is faster.
 //!
-//! In serial order only one of three processes works at a time. Where a window takes less than a millisecond, most of it is waking: a core
+//! In serial order only one of three processes works at a time. Where a window takes a fraction of a millisecond, most of it is waking: a core
 //! that had nothing to do is asleep, and takes tens of microseconds to come back, the more so on a virtual machine. A process that is woken on the core of
 //! the one that wakes it finds that core awake. So the three are put on one core for a block of windows, and stay while blocks there are
 //! faster than they were apart. What threads a participant has besides its first stay where they are. No result depends on it.
@@ -12,13 +12,14 @@ use std::time::Instant;
 /// Windows that are compared as one.
 const BLOCK: usize = 64;
 /// Windows that take longer in the median (s) do not gain enough to be tried.
-const LIMIT: f64 = 1e-3;
+const LIMIT: f64 = 2e-3;
 /// A block together must take at most this share of one apart.
 const GAIN: f64 = 0.9;
-/// Blocks apart before it is tried for the first time, the caches being cold in the first.
-const FIRST: u32 = 1;
-/// Blocks apart after it did not pay.
-const REST: u32 = 64;
+/// Before it is tried for the first time: the caches are cold in the first block.
+const FIRST: Decision = Decision::Apart { blocks: 1, rest: SHORTEST_REST };
+/// Blocks apart after it did not pay; twice as many each time that it does not. A system may have had them together by itself, and then not.
+const SHORTEST_REST: u32 = 4;
+const LONGEST_REST: u32 = 256;
 
 /// The processes of a run, apart or on one core.
 pub struct Placement {
@@ -34,7 +35,7 @@ impl Placement {
     pub fn new(participants: &[Pid]) -> Self {
         Self {
             cores: Cores::of(participants),
-            decision: Decision::Apart { blocks: FIRST },
+            decision: FIRST,
             last: Instant::now(),
             block: Vec::with_capacity(BLOCK),
             windows_together: 0,
@@ -59,7 +60,9 @@ impl Placement {
         let before = self.decision.is_together();
         self.decision = self.decision.after(median);
         match (before, self.decision.is_together()) {
-            (false, true) if !self.cores.share() => self.decision = Decision::Apart { blocks: REST },
+            (false, true) if !self.cores.share() => {
+                self.decision = Decision::Apart { blocks: LONGEST_REST, rest: LONGEST_REST };
+            }
             (true, false) => self.cores.separate(),
             _ => {}
         }
@@ -82,10 +85,10 @@ impl Drop for Placement {
 /// Apart or together, and what the next block is compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Decision {
-    /// Apart, for so many blocks at least after this one.
-    Apart { blocks: u32 },
+    /// Apart, for so many blocks at least after this one; for `rest` blocks after the next trial that does not pay.
+    Apart { blocks: u32, rest: u32 },
     /// Together, the median window of a block apart having taken so long (s).
-    Together { apart: f64 },
+    Together { apart: f64, rest: u32 },
 }
 
 impl Decision {
@@ -96,10 +99,12 @@ impl Decision {
     /// What follows a block whose median window took `seconds`.
     fn after(self, seconds: f64) -> Self {
         match self {
-            Self::Apart { blocks: 0 } if seconds < LIMIT => Self::Together { apart: seconds },
-            Self::Apart { blocks } => Self::Apart { blocks: blocks.saturating_sub(1) },
-            Self::Together { apart } if seconds > GAIN * apart => Self::Apart { blocks: REST },
-            together @ Self::Together { .. } => together,
+            Self::Apart { blocks: 0, rest } if seconds < LIMIT => Self::Together { apart: seconds, rest },
+            Self::Apart { blocks, rest } => Self::Apart { blocks: blocks.saturating_sub(1), rest },
+            Self::Together { apart, rest } if seconds > GAIN * apart => {
+                Self::Apart { blocks: rest, rest: LONGEST_REST.min(2 * rest) }
+            }
+            Self::Together { apart, .. } => Self::Together { apart, rest: SHORTEST_REST },
         }
     }
 }
@@ -168,7 +173,7 @@ mod tests {
 
     /// The decisions after blocks of these medians (µs).
     fn together(medians: impl IntoIterator<Item = f64>) -> Vec<bool> {
-        let mut decision = Decision::Apart { blocks: FIRST };
+        let mut decision = FIRST;
         let decisions = medians.into_iter().map(|median| {
             decision = decision.after(1e-6 * median);
             decision.is_together()
@@ -188,15 +193,21 @@ mod tests {
 
     #[test]
     fn long_windows_are_never_tried() {
-        assert!(!together([2000.0; 200]).contains(&true));
+        assert!(!together([2500.0; 200]).contains(&true));
     }
 
     #[test]
-    fn it_is_tried_again_after_a_rest() {
-        let blocks = 3 + REST as usize + 1;
-        let decisions = together(std::iter::repeat_n(80.0, blocks));
-        let tries: Vec<usize> = (0..blocks).filter(|&i| decisions[i]).collect();
-        assert_eq!(tries, [1, 3 + REST as usize]);
+    fn it_is_tried_again_after_longer_and_longer_rests() {
+        let decisions = together(std::iter::repeat_n(80.0, 2000));
+        let tries: Vec<usize> = (0..2000).filter(|&i| decisions[i]).collect();
+        let rests: Vec<usize> = tries.windows(2).map(|two| two[1] - two[0] - 2).collect();
+        assert_eq!(rests[..8], [4, 8, 16, 32, 64, 128, 256, 256]);
+        // Once it has paid, soon again.
+        let mut decision = Decision::Apart { blocks: 0, rest: LONGEST_REST };
+        for median in [80.0, 30.0, 90.0] {
+            decision = decision.after(1e-6 * median);
+        }
+        assert_eq!(decision, Decision::Apart { blocks: SHORTEST_REST, rest: 2 * SHORTEST_REST });
     }
 
     #[test]
