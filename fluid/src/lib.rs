@@ -101,8 +101,8 @@
 //! |---|---|---|---|
 //! | neighbours, kernel sums, surface | 0.24 | 3.9, 6.4 | 1.64 |
 //! | assembly, hierarchy | 0.02 | 15.0, 23.5 | 1.57 |
-//! | position projection | 0.13 | 14.3, 27.2 | 1.90 |
 //! | prediction | 0.05 | 10.7, 19.7 | 1.83 |
+//! | position projection | 0.13 | 14.3, 27.2 | 1.90 |
 //! | pressure solve | 0.47 | 13.8, 27.7 | 2.00 |
 //! | velocity, loads | 0.04 | 17.5, 33.8 | 1.93 |
 //! | motion, accounts | 0.04 | 8.0, 12.7 | 1.60 |
