@@ -30,8 +30,8 @@ pub struct MappedFluid<P> {
     made_at: [Vec<f64>; 2],
     /// Reference volumes of the structure's particles (m³).
     volumes: Vec<f64>,
-    /// Displacements of the structure's particles since the weights were made (m).
-    scratch: Vec<f64>,
+    /// Displacements of the structure's particles, and of the fluid's points, since the weights were made (m).
+    scratch: [Vec<f64>; 2],
 }
 
 impl<P: Participant> MappedFluid<P> {
@@ -81,7 +81,7 @@ impl<P: Participant> MappedFluid<P> {
             mapping: None,
             made_at: [Vec::new(), Vec::new()],
             volumes: Vec::new(),
-            scratch: Vec::new(),
+            scratch: [Vec::new(), Vec::new()],
         })
     }
 
@@ -105,9 +105,10 @@ impl<P: Participant> MappedFluid<P> {
         if let (Some(now), Some(displacement)) =
             (given.get(names::POSITION), inputs.get_mut(names::DISPLACEMENT))
         {
-            scratch.clear();
-            scratch.extend(now.iter().zip(&made_at[0]).map(|(now, then)| now - then));
-            mapping.consistent(d, scratch, displacement);
+            let moved = &mut scratch[0];
+            moved.clear();
+            moved.extend(now.iter().zip(&made_at[0]).map(|(now, then)| now - then));
+            mapping.consistent(d, moved, displacement);
             // What they had moved before the weights were made.
             let start = outputs.get(names::OWN_POSITION).unwrap_or(&[]);
             for ((u, then), start) in displacement.iter_mut().zip(&made_at[1]).zip(start) {
@@ -138,13 +139,13 @@ impl<P: Participant> MappedFluid<P> {
     fn rebuild(&mut self, given: &Fields) -> Result<(), ParticipantError> {
         let (d, mapping) = (self.description.dimension, self.mapping.as_mut());
         let mapping = mapping.expect("a mapping is made at initialisation, which comes before all else");
-        let [source, target] = &mut self.made_at;
+        let ([source, target], [moved, follow]) = (&mut self.made_at, &mut self.scratch);
         let now = given.get(names::POSITION).unwrap_or(&[]);
-        self.scratch.clear();
-        self.scratch.extend(now.iter().zip(&*source).map(|(now, then)| now - then));
-        let mut moved = vec![0.0; target.len()];
-        mapping.consistent(d, &self.scratch, &mut moved);
-        target.iter_mut().zip(&moved).for_each(|(x, u)| *x += u);
+        moved.clear();
+        moved.extend(now.iter().zip(&*source).map(|(now, then)| now - then));
+        follow.resize(target.len(), 0.0);
+        mapping.consistent(d, moved, follow);
+        target.iter_mut().zip(&*follow).for_each(|(x, u)| *x += u);
         source.copy_from_slice(now);
         mapping.update(source, target).map_err(failed)
     }
