@@ -12,7 +12,7 @@ mod vectors;
 use super::coupling::CouplingScheme;
 use super::errors::CaseError;
 use super::geometry::{AxisBox, Face};
-use super::typed::{CaseFile, Participant};
+use super::typed::{CaseFile, Participant, StartWord};
 
 /// All mistakes of a case that the schema lets pass. Vectors of a wrong length are mended with NaN.
 pub(super) fn check(file: &mut CaseFile) -> Vec<CaseError> {
@@ -83,6 +83,26 @@ fn check_whole(file: &CaseFile, findings: &mut Findings) {
     if coupling.share_core == Some(true) && coupling.scheme.is_some_and(CouplingScheme::is_parallel) {
         let remedy = "leave it out, or take coupling.scheme = \"serial-explicit\" or \"serial-implicit\"";
         findings.add("coupling.share_core", "in parallel order both participants work at once", remedy);
+    }
+    let own = |participant: Option<&Participant>| {
+        participant.is_some_and(|p| {
+            p.command.is_none() && p.fmu.is_none() && !matches!(p.start, Some(StartWord::ByHand))
+        })
+    };
+    let (fluid, structure) = (file.fluid.as_ref(), file.structure.as_ref());
+    for (key, side, mapped, is_own) in [
+        ("coupling.mapping", "structure", coupling.mapping.is_some(), own(structure.map(|s| &s.participant))),
+        (
+            "coupling.fluid_mapping",
+            "fluid",
+            coupling.fluid_mapping.is_some(),
+            own(fluid.map(|f| &f.participant)),
+        ),
+    ] {
+        if mapped && is_own {
+            let problem = format!("is for a {side} with points of its own, and our own solver has none");
+            findings.add(key, problem, format!("leave it out, or name another {side}.participant"));
+        }
     }
     if coupling.steady_state.as_ref().is_some_and(|s| s.quantities.as_ref().is_some_and(Vec::is_empty)) {
         let remedy = "name \"position\", \"velocity\" or \"load\", or leave it out";

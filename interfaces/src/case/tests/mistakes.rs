@@ -142,6 +142,12 @@ const ROWS: &[(&str, &str, &str)] = &[
     ("[[probe]]",
      "[coupling]\nscheme = \"parallel-explicit\"\nshare_core = true\n[[probe]]",
      "line 51: coupling.share_core = true: in parallel order both participants work at once; leave it out, or take coupling.scheme = \"serial-explicit\" or \"serial-implicit\""),
+    ("[[probe]]",
+     "[coupling]\nmapping = {}\n[[probe]]",
+     "line 50: coupling.mapping: is for a structure with points of its own, and our own solver has none; leave it out, or name another structure.participant"),
+    ("[[probe]]",
+     "[coupling]\nfluid_mapping = {}\n[[probe]]",
+     "line 50: coupling.fluid_mapping: is for a fluid with points of its own, and our own solver has none; leave it out, or name another fluid.participant"),
     // Names.
     ("name = \"right\"\n",
      "name = \"left\"\n",
