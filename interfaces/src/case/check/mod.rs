@@ -84,22 +84,13 @@ fn check_whole(file: &CaseFile, findings: &mut Findings) {
         let remedy = "leave it out, or take coupling.scheme = \"serial-explicit\" or \"serial-implicit\"";
         findings.add("coupling.share_core", "in parallel order both participants work at once", remedy);
     }
-    let own = |participant: Option<&Participant>| {
-        participant.is_some_and(|p| {
-            p.command.is_none() && p.fmu.is_none() && !matches!(p.start, Some(StartWord::ByHand))
-        })
-    };
-    let (fluid, structure) = (file.fluid.as_ref(), file.structure.as_ref());
-    for (key, side, mapped, is_own) in [
-        ("coupling.mapping", "structure", coupling.mapping.is_some(), own(structure.map(|s| &s.participant))),
-        (
-            "coupling.fluid_mapping",
-            "fluid",
-            coupling.fluid_mapping.is_some(),
-            own(fluid.map(|f| &f.participant)),
-        ),
+    let own_fluid = file.fluid.as_ref().is_some_and(|fluid| is_own(&fluid.participant));
+    let own_structure = file.structure.as_ref().is_some_and(|structure| is_own(&structure.participant));
+    for (key, side, wrong) in [
+        ("coupling.mapping", "structure", coupling.mapping.is_some() && own_structure),
+        ("coupling.fluid_mapping", "fluid", coupling.fluid_mapping.is_some() && own_fluid),
     ] {
-        if mapped && is_own {
+        if wrong {
             let problem = format!("is for a {side} with points of its own, and our own solver has none");
             findings.add(key, problem, format!("leave it out, or name another {side}.participant"));
         }
@@ -202,9 +193,7 @@ fn check_participant(side: &str, participant: &Participant, findings: &mut Findi
 
 /// Whether our own solver solves the side.
 fn is_own(participant: &Participant) -> bool {
-    participant.command.is_none()
-        && participant.fmu.is_none()
-        && participant.start != Some(super::typed::StartWord::ByHand)
+    participant.command.is_none() && participant.fmu.is_none() && participant.start != Some(StartWord::ByHand)
 }
 
 /// Without the digits that round-off adds.
