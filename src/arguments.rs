@@ -3,7 +3,8 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
-/// Couples a particle fluid (ISPH) and an elastic structure (TLSPH), each a process of its own, over shared memory.
+/// Couples a particle fluid (ISPH) and an elastic structure (TLSPH), each a process of its own, over shared
+/// memory.
 #[derive(Parser)]
 #[command(version, arg_required_else_help = true, after_help = EXAMPLES)]
 pub struct Arguments {
@@ -32,7 +33,8 @@ pub enum Command {
     Check(CaseArguments),
     /// Make report.html (and frames as PNG) from the outputs of a run
     Report(Report),
-    /// Run cases at several resolutions and hold them against their references; exit code 1 if one misses its tolerance
+    /// Run cases at several resolutions and hold them against their references; exit code 1 if one misses its
+    /// tolerance
     Validate(Validate),
     /// Serve a case's fluid to a coupler (started by `run`, or by hand)
     Fluid(Solver),
@@ -85,7 +87,8 @@ pub struct Run {
     /// Do not make the report at the end
     #[arg(long)]
     pub no_report: bool,
-    /// Prefix of everything in shared memory; whoever of a domain finds what a killed run of it left removes it
+    /// Prefix of everything in shared memory; whoever of a domain finds what a killed run of it left removes
+    /// it
     #[arg(long, env = "MENISCUS_DOMAIN", value_name = "NAME", hide = true)]
     pub domain: Option<String>,
 }
@@ -105,7 +108,8 @@ pub struct ExportFmu {
     /// Points that stand for the interface, as far apart as can be (FMI 2.0)
     #[arg(long, value_name = "COUNT", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
     pub points: u32,
-    /// Library of another platform to pack too, for example aarch64-darwin=libmeniscus_structure.dylib; repeatable
+    /// Library of another platform to pack too, for example aarch64-darwin=libmeniscus_structure.dylib;
+    /// repeatable
     #[arg(long, value_name = "PLATFORM=FILE", value_parser = library)]
     pub library: Vec<meniscus_structure::package::Library>,
 }
@@ -169,7 +173,8 @@ pub enum Suite {
 /// `meniscus fluid`, `meniscus structure`.
 #[derive(Args)]
 pub struct Solver {
-    /// Case file as the coupler resolved it: case.toml in the folder of the outputs, where this participant writes too
+    /// Case file as the coupler resolved it: case.toml in the folder of the outputs, where this participant
+    /// writes too
     #[arg(env = "MENISCUS_CASE")]
     pub case: PathBuf,
     /// The run.

@@ -1,4 +1,5 @@
-//! `meniscus validate` over its coarse resolutions: every case is within its tolerances, and tables and page are there.
+//! `meniscus validate` over its coarse resolutions: every case is within its tolerances, and tables and page
+//! are there.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,7 +1,9 @@
-//! Building, rebuilding and applying mappings, per method and number of points; `cargo bench -p coupler --bench mapping`.
+//! Building, rebuilding and applying mappings, per method and number of points;
+//! `cargo bench -p coupler --bench mapping`.
 //!
-//! `N` source points fill a plate of 1 m × 0.1 m, as many targets another lattice of it; points move between two positions from one rebuild to
-//! the next. For nearest projection the sources are the vertices of the plate's outline, and the `N` targets fill it.
+//! `N` source points fill a plate of 1 m × 0.1 m, as many targets another lattice of it; points move between
+//! two positions from one rebuild to the next. For nearest projection the sources are the vertices of the
+//! plate's outline, and the `N` targets fill it.
 
 use coupler::mapping::{Mapping, Method, POINTS_PER_CLUSTER, Settings};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};

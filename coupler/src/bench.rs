@@ -1,9 +1,11 @@
 //! `meniscus bench exchange`: what the coupling takes where the participants do nothing.
 //!
-//! Three processes, as in a run: the coupler, a fluid that gives a load (2N doubles in the plane) and a structure that gives position and velocity
-//! (4N), at the same N points. Everything is as in a run: contract, checks of every field, condition (46), records. Beside each series stands the
-//! *raw* transfer: the same messages between as many processes through the same shared memory, each copied in and out, and nothing else. And a copy
-//! of the same bytes within one process. All times are of one window, without start-up and the first tenth of the windows.
+//! Three processes, as in a run: the coupler, a fluid that gives a load (2N doubles in the plane) and a
+//! structure that gives position and velocity (4N), at the same N points. Everything is as in a run:
+//! contract, checks of every field, condition (46), records. Beside each series stands the *raw* transfer:
+//! the same messages between as many processes through the same shared memory, each copied in and out, and
+//! nothing else. And a copy of the same bytes within one process. All times are of one window, without
+//! start-up and the first tenth of the windows.
 
 mod coupled;
 mod raw;

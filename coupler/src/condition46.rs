@@ -1,12 +1,14 @@
 //! Condition (46) of the paper: along the normals, what the structure receives is what the fluid gave.
 //!
-//! `∇p_{f→s} · n_f = −∇p_{s→f} · n_s`. The fluid sends, for each interface particle of reference volume `V`, the pressure gradient
-//! `g` at the structure (the load; force `−V g`), what it received itself from that particle, the pair reaction `R` (force on the
-//! fluid `+V R`), and the normal `n`. Action and reaction along the normal ask `g · n = R · n`, particle by particle.
+//! `∇p_{f→s} · n_f = −∇p_{s→f} · n_s`. The fluid sends, for each interface particle of reference volume `V`,
+//! the pressure gradient `g` at the structure (the load; force `−V g`), what it received itself from that
+//! particle, the pair reaction `R` (force on the fluid `+V R`), and the normal `n`. Action and reaction along
+//! the normal ask `g · n = R · n`, particle by particle.
 //!
-//! A fluid whose load is the transpose of its divergence fulfils this by construction; one that evaluates Eq. (48) does not, because the
-//! fluid particles were moved by another sum than the structure particle. [`enforce`] replaces the normal part of the load by what the fluid
-//! gave: force and moment of the normal parts then agree for every particle, and so in total.
+//! A fluid whose load is the transpose of its divergence fulfils this by construction; one that evaluates Eq.
+//! (48) does not, because the fluid particles were moved by another sum than the structure particle.
+//! [`enforce`] replaces the normal part of the load by what the fluid gave: force and moment of the normal
+//! parts then agree for every particle, and so in total.
 
 use pulp::NullaryFnOnce;
 
@@ -48,7 +50,8 @@ pub struct Resultant {
 /// What condition (46) found in one window.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Condition46 {
-    /// `√(Σ V ((g − R)·n)²) / √(Σ V (R·n)²)` of the load as the fluid sent it; zero where the fluid touches nothing.
+    /// `√(Σ V ((g − R)·n)²) / √(Σ V (R·n)²)` of the load as the fluid sent it; zero where the fluid touches
+    /// nothing.
     pub residual_before: f64,
     /// The same of the load as passed on.
     pub residual_after: f64,
@@ -60,7 +63,8 @@ pub struct Condition46 {
     pub after: Resultant,
 }
 
-/// Replaces the normal part of the load `g` by that of what the fluid received. Says whether there was anything to replace it by.
+/// Replaces the normal part of the load `g` by that of what the fluid received. Says whether there was
+/// anything to replace it by.
 pub fn enforce(interface: &Interface, load: &mut [f64]) -> bool {
     let Some(Reaction { pair_reaction, normal }) = interface.reaction else { return false };
     let d = interface.components;
@@ -76,8 +80,8 @@ pub fn enforce(interface: &Interface, load: &mut [f64]) -> bool {
     true
 }
 
-/// Measures the condition for the load as `sent`, and as `passed` on; they are the same where it was not enforced. The second resultant is that of the
-/// load `applied`.
+/// Measures the condition for the load as `sent`, and as `passed` on; they are the same where it was not
+/// enforced. The second resultant is that of the load `applied`.
 pub fn measure(
     interface: &Interface,
     sent: &[f64],
@@ -108,8 +112,8 @@ fn resultants_in_plane<const K: usize>(interface: &Interface, loads: [&[f64]; K]
     pulp::Arch::new().dispatch(InPlane { interface, loads }).map(|sums| sums.resultant())
 }
 
-/// The sums in the plane, four points at once in sums of their own, so that a machine that adds eight numbers at a time can. (A structure and no closure for
-/// the reason that [`crate::flat`] names.)
+/// The sums in the plane, four points at once in sums of their own, so that a machine that adds eight numbers
+/// at a time can. (A structure and no closure for the reason that [`crate::flat`] names.)
 struct InPlane<'a, const K: usize> {
     interface: &'a Interface<'a>,
     loads: [&'a [f64]; K],
@@ -122,8 +126,8 @@ impl<const K: usize> NullaryFnOnce for InPlane<'_, K> {
     fn call(self) -> [Sums; K] {
         let Interface { volume, position, velocity, .. } = *self.interface;
         let mut sums = [Sums::default(); K];
-        // What stands beside a component of the load: minus the volume, and the other component of the position. They are laid out first, so that
-        // the sums are over numbers one beside the other.
+        // What stands beside a component of the load: minus the volume, and the other component of the
+        // position. They are laid out first, so that the sums are over numbers one beside the other.
         let (mut weight, mut arm) = ([0.0; 2 * PIECE], [0.0; 2 * PIECE]);
         for (at, volume) in volume.chunks(PIECE).enumerate() {
             let piece = 2 * at * PIECE..2 * (at * PIECE + volume.len());
@@ -305,7 +309,8 @@ mod tests {
         assert!(!enforce(&taciturn, &mut [0.0; 4]));
     }
 
-    /// Blocks of four points and what is left of them, against the plain sum: numbers of few bits, whose sums are exact in any order.
+    /// Blocks of four points and what is left of them, against the plain sum: numbers of few bits, whose sums
+    /// are exact in any order.
     #[test]
     fn points_by_four_are_as_points_one_by_one() {
         for points in [1, 4, 7, 12, 13] {

@@ -3,7 +3,8 @@
 use crate::flat::dot;
 use std::ops::Range;
 
-/// Limits on the residual `r = y − x` of one iteration, each left out where it is none. Norms are Euclidean, over one quantity (load, velocity).
+/// Limits on the residual `r = y − x` of one iteration, each left out where it is none. Norms are Euclidean,
+/// over one quantity (load, velocity).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures {
     /// `‖r‖ ≤ absolute`, in the unit of the quantity: Pa/m for the load. A velocity is not held to it.
@@ -30,8 +31,8 @@ pub struct Residual {
 }
 
 impl Measures {
-    /// Judges the residual `r` of the image `y`, block by block: the load first. `first` holds the norms of the window's first residual, one a
-    /// block, and is filled by its first iteration.
+    /// Judges the residual `r` of the image `y`, block by block: the load first. `first` holds the norms of
+    /// the window's first residual, one a block, and is filled by its first iteration.
     pub fn judge(&self, blocks: &[Range<usize>], y: &[f64], r: &[f64], first: &mut Vec<f64>) -> Residual {
         let norm = |of: &[f64], block: &Range<usize>| dot(&of[block.clone()], &of[block.clone()]).sqrt();
         if first.is_empty() {

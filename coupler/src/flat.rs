@@ -1,11 +1,12 @@
 //! Sums over flat vectors, at the width that the machine has.
 //!
-//! Partial sums are as many whatever the machine, and added in an order that depends on the length alone: results are the same to the bit
-//! everywhere.
+//! Partial sums are as many whatever the machine, and added in an order that depends on the length alone:
+//! results are the same to the bit everywhere.
 //!
-//! Work of more than a line is a structure with a `call`, not a closure: a closure is called through a shim that the compiler does not always merge with
-//! the code for the machine at hand, and then runs at the width that all machines have. And what adds up partial sums in the end stands outside of it: seen
-//! together, the compiler works two numbers at a time throughout.
+//! Work of more than a line is a structure with a `call`, not a closure: a closure is called through a shim
+//! that the compiler does not always merge with the code for the machine at hand, and then runs at the width
+//! that all machines have. And what adds up partial sums in the end stands outside of it: seen together, the
+//! compiler works two numbers at a time throughout.
 
 use pulp::NullaryFnOnce;
 
@@ -102,7 +103,8 @@ pub fn difference(to: &mut Vec<f64>, a: &[f64], b: &[f64]) {
     to.extend(a.iter().zip(b).map(|(a, b)| a - b));
 }
 
-/// `mean ← (end − start) / size`: over a window of that size, the mean of what goes from `start` to `end` as its derivative.
+/// `mean ← (end − start) / size`: over a window of that size, the mean of what goes from `start` to `end` as
+/// its derivative.
 pub fn mean_rate(mean: &mut [f64], start: &[f64], end: &[f64], size: f64) {
     pulp::Arch::new().dispatch(
         #[inline(always)]

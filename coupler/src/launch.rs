@@ -33,8 +33,9 @@ pub struct Child {
 const LOOK: Duration = Duration::from_millis(5);
 
 impl Child {
-    /// Starts `command` in a process group of its own, so that Ctrl-C on the terminal reaches the coupler alone, which then ends
-    /// the participants in order. `environment` is added to this process's own. What it prints goes to `log`.
+    /// Starts `command` in a process group of its own, so that Ctrl-C on the terminal reaches the coupler
+    /// alone, which then ends the participants in order. `environment` is added to this process's own. What
+    /// it prints goes to `log`.
     pub fn spawn(
         role: Role,
         command: &[String],
@@ -134,7 +135,8 @@ pub fn forget_peak_memory() {
     let _ = fs::write("/proc/self/clear_refs", "5");
 }
 
-/// Processor time of all threads of a process, or of this one, so far (s); zero where the system does not tell.
+/// Processor time of all threads of a process, or of this one, so far (s); zero where the system does not
+/// tell.
 pub fn cpu_seconds(process: Option<u32>) -> f64 {
     let folder = process.map_or("/proc/self/task".to_owned(), |id| format!("/proc/{id}/task"));
     let Ok(threads) = fs::read_dir(folder) else { return 0.0 };

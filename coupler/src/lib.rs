@@ -1,9 +1,12 @@
-//! Couples a fluid and a structure: time windows, sub-steps, condition (46), launching of participants, records.
+//! Couples a fluid and a structure: time windows, sub-steps, condition (46), launching of participants,
+//! records.
 //!
-//! Start at [`schemes::serial_explicit`], the coupling loop, and [`schemes::implicit`], the iterated one. They see participants and slices: no socket, no file, no wall clock, and
-//! neither solver by name. [`schedule`] keeps the time, [`condition46`] the balance along the normals. [`mapping`] carries
-//! motion and forces between point sets that do not match; [`mapped`] puts a structure behind one, or a fluid. The loop announces its [`phase`]s, and
-//! [`timing`] has the clock. [`placement`] puts the processes on one core where that is faster. [`mod@bench`] measures what all of it takes.
+//! Start at [`schemes::serial_explicit`], the coupling loop, and [`schemes::implicit`], the iterated one.
+//! They see participants and slices: no socket, no file, no wall clock, and neither solver by name.
+//! [`schedule`] keeps the time, [`condition46`] the balance along the normals. [`mapping`] carries motion and
+//! forces between point sets that do not match; [`mapped`] puts a structure behind one, or a fluid. The loop
+//! announces its [`phase`]s, and [`timing`] has the clock. [`placement`] puts the processes on one core where
+//! that is faster. [`mod@bench`] measures what all of it takes.
 
 pub mod acceleration;
 pub mod bench;

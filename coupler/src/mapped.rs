@@ -1,9 +1,11 @@
-//! A structure whose points are not those of the fluid, behind a mapping: to the coupling it is a structure whose particles fill its bodies.
+//! A structure whose points are not those of the fluid, behind a mapping: to the coupling it is a structure
+//! whose particles fill its bodies.
 //!
-//! The structure names its own points, such as the vertices of a boundary mesh, and its facets. The fluid meets particles on a lattice in the bodies
-//! of the case. Motion goes to them by the weights of a [`Mapping`] (`u_t = Σ W_ts u_s`, of displacements since the weights were made); loads on
-//! them come back by the transpose, as forces: force, moment and power are kept. A rigid motion stays one. Everything between fluid and structure is
-//! on the fluid's side of the mapping: condition (46), acceleration, records.
+//! The structure names its own points, such as the vertices of a boundary mesh, and its facets. The fluid
+//! meets particles on a lattice in the bodies of the case. Motion goes to them by the weights of a
+//! [`Mapping`] (`u_t = Σ W_ts u_s`, of displacements since the weights were made); loads on them come back by
+//! the transpose, as forces: force, moment and power are kept. A rigid motion stays one. Everything between
+//! fluid and structure is on the fluid's side of the mapping: condition (46), acceleration, records.
 
 pub mod fluid;
 
@@ -80,7 +82,8 @@ impl<P: Participant> Mapped<P> {
     /// Puts a structure behind a mapping to the particles.
     ///
     /// # Errors
-    /// Where the structure lacks what it needs for that: positions of its own number of points, and a port for the force.
+    /// Where the structure lacks what it needs for that: positions of its own number of points, and a port
+    /// for the force.
     pub fn new(
         inner: P,
         choice: coupling::Mapping,

@@ -1,9 +1,11 @@
 //! Where the processes of a run are executed: on one core, while that is faster.
 //!
-//! In serial order only one of three processes works at a time. Where a window takes a fraction of a millisecond, most of it is waking: a core
-//! that had nothing to do is asleep, and takes tens of microseconds to come back, the more so on a virtual machine. A process that is woken on the core of
-//! the one that wakes it finds that core awake. So the three are put on one core for a block of windows, and stay while blocks there are
-//! faster than they were apart. What threads a participant has besides its first stay where they are. No result depends on it.
+//! In serial order only one of three processes works at a time. Where a window takes a fraction of a
+//! millisecond, most of it is waking: a core that had nothing to do is asleep, and takes tens of microseconds
+//! to come back, the more so on a virtual machine. A process that is woken on the core of the one that wakes
+//! it finds that core awake. So the three are put on one core for a block of windows, and stay while blocks
+//! there are faster than they were apart. What threads a participant has besides its first stay where they
+//! are. No result depends on it.
 
 use rustix::process::Pid;
 use rustix::thread::{CpuSet, sched_getaffinity, sched_getcpu, sched_setaffinity};
@@ -17,7 +19,8 @@ const LIMIT: f64 = 2e-3;
 const GAIN: f64 = 0.9;
 /// Before it is tried for the first time: the caches are cold in the first block.
 const FIRST: Decision = Decision::Apart { blocks: 1, rest: SHORTEST_REST };
-/// Blocks apart after it did not pay; twice as many each time that it does not. A system may have had them together by itself, and then not.
+/// Blocks apart after it did not pay; twice as many each time that it does not. A system may have had them
+/// together by itself, and then not.
 const SHORTEST_REST: u32 = 4;
 const LONGEST_REST: u32 = 256;
 
@@ -31,7 +34,8 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// Of this process and the participants' processes, which begin apart; without any of those there is nothing to move.
+    /// Of this process and the participants' processes, which begin apart; without any of those there is
+    /// nothing to move.
     pub fn new(participants: &[Pid]) -> Self {
         Self {
             cores: Cores::of(participants),
@@ -85,7 +89,8 @@ impl Drop for Placement {
 /// Apart or together, and what the next block is compared with.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Decision {
-    /// Apart, for so many blocks at least after this one; for `rest` blocks after the next trial that does not pay.
+    /// Apart, for so many blocks at least after this one; for `rest` blocks after the next trial that does
+    /// not pay.
     Apart { blocks: u32, rest: u32 },
     /// Together, the median window of a block apart having taken so long (s).
     Together { apart: f64, rest: u32 },
@@ -111,7 +116,8 @@ impl Decision {
 
 /// The cores on which processes may be executed.
 struct Cores {
-    /// Each process, ours as none, with where its first thread was allowed to be; empty where they cannot share a core.
+    /// Each process, ours as none, with where its first thread was allowed to be; empty where they cannot
+    /// share a core.
     processes: Vec<(Option<Pid>, CpuSet)>,
 }
 
@@ -125,7 +131,8 @@ impl Cores {
         Self { processes: allowed.unwrap_or_default() }
     }
 
-    /// Puts the first thread of each on the core where we are; moves none, and says so, if one of them may not be there.
+    /// Puts the first thread of each on the core where we are; moves none, and says so, if one of them may
+    /// not be there.
     fn share(&self) -> bool {
         let core = sched_getcpu();
         let all_may = self.processes.iter().all(|(_, allowed)| allowed.is_set(core));

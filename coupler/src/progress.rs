@@ -10,7 +10,8 @@ const STEPS: u64 = 10_000;
 /// Redraws a second.
 const REDRAWS: u8 = 5;
 
-/// A bar with simulated time, windows a second, remaining time, and each participant's share of the wall time.
+/// A bar with simulated time, windows a second, remaining time, and each participant's share of the wall
+/// time.
 pub struct Progress {
     bar: ProgressBar,
     started: Instant,
@@ -20,7 +21,8 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// A bar from `start_time` to `end_time` (s of simulated time); invisible if `quiet` or where standard error is no terminal.
+    /// A bar from `start_time` to `end_time` (s of simulated time); invisible if `quiet` or where standard
+    /// error is no terminal.
     pub fn new(start_time: f64, end_time: f64, quiet: bool) -> Self {
         let target =
             if quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(REDRAWS) };

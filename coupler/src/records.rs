@@ -1,4 +1,5 @@
-//! What the coupler writes of accepted windows: `windows.csv`, `probes.csv`, and from them the balances of `summary.json`.
+//! What the coupler writes of accepted windows: `windows.csv`, `probes.csv`, and from them the balances of
+//! `summary.json`.
 
 use crate::condition46::Resultant;
 use crate::convergence::Residual;
@@ -52,7 +53,8 @@ fn axes(dimension: usize) -> (Axes, Axes) {
 }
 
 impl Records {
-    /// Makes the tables in `dir` for the sides of a run, and writes the probes' values at `time` (s), the start.
+    /// Makes the tables in `dir` for the sides of a run, and writes the probes' values at `time` (s), the
+    /// start.
     pub fn create(dir: &Path, sides: &[&Side], time: f64) -> output::Result<Self> {
         let dimension = sides.iter().map(|s| s.describe().dimension).max().unwrap_or(2);
         let coupled = sides.len() > 1;

@@ -91,12 +91,14 @@ pub const CASE: &str = "case.toml";
 const RESOLVED: &str = "# The case as resolved by meniscus: every default filled in, all overrides applied.";
 /// Folders into which a role's functional mock-up unit is unpacked while it runs.
 const UNPACKED: [&str; 2] = ["fluid_fmu", "structure_fmu"];
-/// Key of the summary's coupler: windows that were solved with all processes on one core ([`crate::placement`]).
+/// Key of the summary's coupler: windows that were solved with all processes on one core
+/// ([`crate::placement`]).
 const WINDOWS_ON_ONE_CORE: &str = "windows_on_one_core";
 /// File of the summary.
 pub const SUMMARY: &str = "summary.json";
 
-/// Runs a case and writes its outputs. The summary is written, and given, however the run ends; the error says why it did not complete.
+/// Runs a case and writes its outputs. The summary is written, and given, however the run ends; the error
+/// says why it did not complete.
 pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Result<(), RunError>) {
     let started = Instant::now();
     let mut summary = Summary {
@@ -160,7 +162,8 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, summary: &mut Summa
     let in_order = result.as_ref().err().is_none_or(RunError::is_interruption);
     announce.during(Phase::Starting, || participants.end(summary, in_order));
     for name in UNPACKED {
-        // What a unit's process could not remove because it died. What is left all the same, the next run removes.
+        // What a unit's process could not remove because it died. What is left all the same, the next run
+        // removes.
         let _ = std::fs::remove_dir_all(options.out.join(name));
     }
     let coupler = summary.roles.entry("coupler".to_owned()).or_default();
@@ -353,7 +356,8 @@ fn callable(case: &Case, options: &Options) -> Result<(), RunError> {
     }
 }
 
-/// Makes the folder, or empties it of an earlier run; writes the case as resolved. Gives the folder, locked while it is open.
+/// Makes the folder, or empties it of an earlier run; writes the case as resolved. Gives the folder, locked
+/// while it is open.
 pub(crate) fn prepare_folder(out: &Path, case: &Case) -> Result<File, RunError> {
     let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
     std::fs::create_dir_all(out).map_err(|e| folder(e.to_string()))?;

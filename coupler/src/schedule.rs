@@ -1,4 +1,5 @@
-//! Time, kept by the coupler alone: `t0 + Σ size` over the accepted windows, and sizes that arrive at output and end times without slivers.
+//! Time, kept by the coupler alone: `t0 + Σ size` over the accepted windows, and sizes that arrive at output
+//! and end times without slivers.
 
 use interfaces::{SubSteps, TimeWindow};
 
@@ -15,11 +16,13 @@ pub struct Schedule {
     outputs: u64,
 }
 
-/// What is left of an output interval counts as none below this fraction of the interval: rounding of the sum of window sizes.
+/// What is left of an output interval counts as none below this fraction of the interval: rounding of the sum
+/// of window sizes.
 const ARRIVED: f64 = 1e-9;
 
 impl Schedule {
-    /// From `start_time` to `end_time` (s), an output every `output_interval` (s), no window longer than `max_window` (s).
+    /// From `start_time` to `end_time` (s), an output every `output_interval` (s), no window longer than
+    /// `max_window` (s).
     pub fn new(
         start_time: f64,
         end_time: f64,
@@ -39,9 +42,11 @@ impl Schedule {
         }
     }
 
-    /// The next window (iteration 0), or nothing at the end time. `limit` (s) is the least that all participants allow.
+    /// The next window (iteration 0), or nothing at the end time. `limit` (s) is the least that all
+    /// participants allow.
     ///
-    /// The way to the next output or end time is divided evenly into as few windows as the limit permits, so that none is a sliver.
+    /// The way to the next output or end time is divided evenly into as few windows as the limit permits, so
+    /// that none is a sliver.
     pub fn next(&self, limit: f64) -> Option<TimeWindow> {
         if self.finished() {
             return None;
@@ -58,7 +63,8 @@ impl Schedule {
         })
     }
 
-    /// The window is final. Gives the number of the output that is due at its end, if one is; the end time always has one.
+    /// The window is final. Gives the number of the output that is due at its end, if one is; the end time
+    /// always has one.
     pub fn accept(&mut self, window: &TimeWindow) -> Option<u64> {
         let target = self.target();
         self.windows += 1;
@@ -122,7 +128,8 @@ mod tests {
         for (k, time) in outputs.iter().enumerate() {
             assert_eq!(*time, (0.03 * (k + 1) as f64).min(0.4));
         }
-        // The way to the next output is at least one interval's last part, 0.01 s, in windows of at most 0.0091 s.
+        // The way to the next output is at least one interval's last part, 0.01 s, in windows of at most
+        // 0.0091 s.
         assert!(sizes.iter().all(|&s| s >= 0.5 * 0.0071), "{sizes:?}");
         assert!(sizes.iter().all(|&s| s <= 0.0091 * (1.0 + 1e-8)));
     }
@@ -138,8 +145,9 @@ mod tests {
         assert_eq!((schedule.time(), schedule.windows()), (second.end(), 2));
     }
 
-    /// Windows follow each other without a gap, none is longer than what both allow, none shorter than half of that but where the way itself is,
-    /// and every output and the end are met to the bit; whatever the interval, the end and the limits.
+    /// Windows follow each other without a gap, none is longer than what both allow, none shorter than half
+    /// of that but where the way itself is, and every output and the end are met to the bit; whatever the
+    /// interval, the end and the limits.
     #[test]
     fn no_sliver_for_any_limits() {
         let mut seed = 1_u64;

@@ -73,7 +73,8 @@ impl Side {
         named.any(|(scalar, value)| scalar.name == END_REQUESTED && *value != 0.0)
     }
 
-    /// Initialises the participant at `time` (s) for `points` interface points, with what `partner` gives, if there is one.
+    /// Initialises the participant at `time` (s) for `points` interface points, with what `partner` gives, if
+    /// there is one.
     pub fn initialize(
         &mut self,
         time: f64,
@@ -96,7 +97,8 @@ impl Side {
         self.start_with(window, [])
     }
 
-    /// Starts the window with these values for the inputs of those names, as far as the participant takes them. They are lent for the call, not copied.
+    /// Starts the window with these values for the inputs of those names, as far as the participant takes
+    /// them. They are lent for the call, not copied.
     pub fn start_with<const N: usize>(
         &mut self,
         window: &TimeWindow,
@@ -141,7 +143,8 @@ impl Side {
         self.participant.terminate().map_err(|e| self.failed("while ending".to_owned(), e))
     }
 
-    /// Copies what `partner` gave in the last solution to the inputs of the same name, but for those `written` otherwise.
+    /// Copies what `partner` gave in the last solution to the inputs of the same name, but for those
+    /// `written` otherwise.
     pub fn receive(&mut self, partner: &Fields, written: &[&str]) {
         self.inputs
             .copy_from(partner, |port| {

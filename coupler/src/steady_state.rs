@@ -4,8 +4,9 @@ use interfaces::case::coupling::{SteadyQuantity, SteadyState as Choice};
 
 /// Watches the quantities that the case names.
 ///
-/// The relative change of a quantity `q` per time is `‖qⁿ⁺¹ − qⁿ‖ / (Δt · max ‖q − q⁰‖)`, the greatest departure from the start so far being the scale: a
-/// velocity that dies out is small against what it was, and a position does not depend on where the origin is. What never changed is steady.
+/// The relative change of a quantity `q` per time is `‖qⁿ⁺¹ − qⁿ‖ / (Δt · max ‖q − q⁰‖)`, the greatest
+/// departure from the start so far being the scale: a velocity that dies out is small against what it was,
+/// and a position does not depend on where the origin is. What never changed is steady.
 #[derive(Clone, Debug)]
 pub struct SteadyState {
     choice: Choice,
@@ -78,7 +79,8 @@ mod tests {
 
     #[test]
     fn a_decay_is_steady_when_its_rate_is_below_the_bound_for_long_enough() {
-        // q = 1 − e⁻ᵗ departs by at most 1 and changes by e⁻ᵗ a second: below 0.1 from about t = ln 10 = 2.30 on.
+        // q = 1 − e⁻ᵗ departs by at most 1 and changes by e⁻ᵗ a second: below 0.1 from about t = ln 10 = 2.30
+        // on.
         let mut value = vec![0.0, 5.0];
         let choice = choice(&[SteadyQuantity::Position]);
         let mut steady = SteadyState::new(choice, |_| &[0.0, 5.0]);

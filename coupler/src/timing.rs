@@ -1,7 +1,9 @@
-//! Who computed, waited, mapped and sent, when: summed for the summary, and written as a trace where one is asked for.
+//! Who computed, waited, mapped and sent, when: summed for the summary, and written as a trace where one is
+//! asked for.
 //!
-//! A [`Timing`] has the clock. The coupling loop announces its phases to it ([`Timing::announce`]); a participant behind [`Timed`] has its calls
-//! taken down, and what it reports of its own work is put where it can only have been: from the moment it was handed the window on.
+//! A [`Timing`] has the clock. The coupling loop announces its phases to it ([`Timing::announce`]); a
+//! participant behind [`Timed`] has its calls taken down, and what it reports of its own work is put where it
+//! can only have been: from the moment it was handed the window on.
 
 use crate::phase::{Announce, Phase};
 use crate::trace::{Trace, Track};
@@ -174,7 +176,8 @@ mod tests {
         let timing = Timing::new(None);
         timing.announce().during(Phase::Records, || std::thread::sleep(std::time::Duration::from_millis(20)));
         for (phase, seconds) in timing.seconds() {
-            // A sleep is never shorter than asked for; all the rest is some microseconds, or what the machine took.
+            // A sleep is never shorter than asked for; all the rest is some microseconds, or what the machine
+            // took.
             assert!(phase != Phase::Records || seconds >= 0.02, "{phase:?} {seconds}");
             assert!(seconds >= 0.0);
         }

@@ -1,7 +1,8 @@
-//! A trace of the run in the array form of Chrome's trace events, which Perfetto (ui.perfetto.dev) and `chrome://tracing` read.
+//! A trace of the run in the array form of Chrome's trace events, which Perfetto (ui.perfetto.dev) and
+//! `chrome://tracing` read.
 //!
-//! An event a line, written in whole lines some thousand bytes at a time: what a kill leaves can be read, since the form allows the closing
-//! bracket to be missing.
+//! An event a line, written in whole lines some thousand bytes at a time: what a kill leaves can be read,
+//! since the form allows the closing bracket to be missing.
 
 use interfaces::Role;
 use std::fmt::Write as _;
@@ -67,7 +68,8 @@ impl Trace {
         Ok(trace)
     }
 
-    /// A span on a track, from and to in seconds since the start. `name` has no character that JSON would have escaped.
+    /// A span on a track, from and to in seconds since the start. `name` has no character that JSON would
+    /// have escaped.
     pub fn span(&mut self, track: Track, name: &str, from: f64, to: f64) {
         let (track, start, duration) = (track as u32, 1e6 * from, 1e6 * (to - from));
         writeln!(

@@ -115,7 +115,8 @@ fn is_exact_and_conserves(dimension: usize, mapping: &Mapping, source: &[f64], t
     let (given, taken) = (resultant(dimension, target, &forces), resultant(dimension, source, &received));
     assert!(largest_difference(&given, &taken) < tolerance, "{given:?} {taken:?}");
 
-    // After any motion of the sources, about target positions that were mapped; and the power of any velocities.
+    // After any motion of the sources, about target positions that were mapped; and the power of any
+    // velocities.
     let stirred: Vec<f64> = source.iter().map(|x| x + 0.2 * random.next()).collect();
     let followed = mapped(mapping, dimension, &stirred);
     let (given, taken) =
@@ -161,7 +162,8 @@ fn surface(extents: [f64; 3], divisions: [usize; 3]) -> (Vec<f64>, Vec<usize>) {
                 for j in 0..divisions[c] {
                     let corners = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
                     let [p, q, r, s] = corners.map(|(i, j)| vertex(i, j));
-                    // The axes b, c and the outward normal are right-handed at the far end, left-handed at the near one.
+                    // The axes b, c and the outward normal are right-handed at the far end, left-handed at
+                    // the near one.
                     facets.extend(if end > 0 { [p, q, r, p, r, s] } else { [p, r, q, p, s, r] });
                 }
             }
@@ -217,7 +219,8 @@ fn boundaries_carry_what_fills_the_body() {
         let (source, facets) = outline(extents, divisions);
         maps_exactly(2, Method::NearestProjection { facets }, &source, &lattice(&extents, &counts));
     };
-    // A thin plate of three particles, on segments shorter and longer than its thickness, one through the thickness or more.
+    // A thin plate of three particles, on segments shorter and longer than its thickness, one through the
+    // thickness or more.
     plane([1.0, 0.03], [100, 3], [100, 3]);
     plane([1.0, 0.03], [7, 1], [100, 3]);
     plane([1.0, 0.03], [1, 1], [100, 3]);
@@ -364,7 +367,8 @@ fn any_number_of_components_is_mapped_alike() {
     }
 }
 
-/// Root of the mean square error of a smooth field, mapped from `n×n` points that are off a lattice by up to a quarter of its spacing.
+/// Root of the mean square error of a smooth field, mapped from `n×n` points that are off a lattice by up to
+/// a quarter of its spacing.
 fn error_at(n: usize, method: Method) -> f64 {
     let random = &mut Random(29);
     let spacing = 1.0 / n as f64;
@@ -404,7 +408,8 @@ fn errors_on_a_boundary_fall_with_the_square_of_its_facets() {
     assert!((order - 2.0).abs() < 0.1, "{order}");
 }
 
-/// A beam bent to a quarter circle, sections kept plane: what fills it follows its boundary with the error of the segments alone.
+/// A beam bent to a quarter circle, sections kept plane: what fills it follows its boundary with the error of
+/// the segments alone.
 #[test]
 fn a_beam_that_bends_carries_its_particles() {
     let (source, facets) = outline([1.0, 0.05], [400, 4]);

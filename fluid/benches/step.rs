@@ -1,5 +1,5 @@
-//! The whole step and its parts on a column of water of about 5,000, 50,000 and 500,000 particles that has begun to collapse:
-//! `cargo bench -p fluid --bench step`.
+//! The whole step and its parts on a column of water of about 5,000, 50,000 and 500,000 particles that has
+//! begun to collapse: `cargo bench -p fluid --bench step`.
 
 mod column;
 

@@ -1,9 +1,11 @@
 //! What a step costs, stage by stage, on one and two threads, beside the machine's memory bandwidth:
 //! `cargo run --release -p fluid --example step_cost -- CELLS TOLERANCE [STEPS] [MEASURED] [STATE]`.
 //!
-//! A column of water 1 × 2 in a tank 4 wide, `CELLS` particles across, has flowed for `STEPS` steps; each of the next `MEASURED` steps is then taken three times on
-//! one thread and on two, and the least time of each stage counts, which other load on the machine disturbs least. With a file name the
-//! state is read from there if the file exists, and written there after the steps. Memory is the process's, before and after. Bandwidth is [`traffic`] by time.
+//! A column of water 1 × 2 in a tank 4 wide, `CELLS` particles across, has flowed for `STEPS` steps; each of
+//! the next `MEASURED` steps is then taken three times on one thread and on two, and the least time of each
+//! stage counts, which other load on the machine disturbs least. With a file name the state is read from
+//! there if the file exists, and written there after the steps. Memory is the process's, before and after.
+//! Bandwidth is [`traffic`] by time.
 
 #[path = "../benches/column/mod.rs"]
 mod column;
@@ -26,7 +28,8 @@ fn memory() -> (f64, f64) {
     (figure("VmRSS:"), figure("VmHWM:"))
 }
 
-/// Bandwidth (GB/s) of copying an array much larger than the caches, bytes read and written counted; best of ten.
+/// Bandwidth (GB/s) of copying an array much larger than the caches, bytes read and written counted; best of
+/// ten.
 fn copy_bandwidth(threads: usize) -> f64 {
     let n = 16 << 20;
     let (from, mut to) = (vec![1.0f64; n], vec![0.0f64; n]);
@@ -45,8 +48,9 @@ fn copy_bandwidth(threads: usize) -> f64 {
     16.0 * n as f64 / best / 1e9
 }
 
-/// Bytes a particle that a stage reads and writes at least, in two dimensions: every array of a pass once, values that neighbours are asked for included,
-/// coarse levels of the hierarchy left out. `pairs` a particle; iterations and hierarchies made a step.
+/// Bytes a particle that a stage reads and writes at least, in two dimensions: every array of a pass once,
+/// values that neighbours are asked for included, coarse levels of the hierarchy left out. `pairs` a
+/// particle; iterations and hierarchies made a step.
 fn traffic(stage: Stage, pairs: f64, pressure: f64, positions: f64, made: f64) -> f64 {
     // An index takes 4 bytes, a pair 12, an entry of the hierarchy 8 and a row of it 32.
     let application = 2.0 * 16.0 * pairs + 105.0;

@@ -26,7 +26,8 @@ pub struct StepReport<const D: usize> {
     pub potential_energy: f64,
     /// Change of kinetic and potential energy over the step, particles that left not counted out.
     pub energy_change: f64,
-    /// Work of the structure's pressure on the fluid, with its velocity halfway through the projection, `½(u*_s + u_s)`.
+    /// Work of the structure's pressure on the fluid, with its velocity halfway through the projection,
+    /// `½(u*_s + u_s)`.
     pub structure_work: f64,
     /// Work of walls that move.
     pub wall_work: f64,
@@ -36,7 +37,8 @@ pub struct StepReport<const D: usize> {
     pub contact_work: f64,
     /// Part of it that a moving structure or wall gave.
     pub contact_structure_work: f64,
-    /// Potential energy by displacements that are not the velocity's: position projection, shifting, and what contact kept back.
+    /// Potential energy by displacements that are not the velocity's: position projection, shifting, and what
+    /// contact kept back.
     pub displacement_work: f64,
     /// What is left of `energy_change` when all works above are taken out: projection and time integration.
     pub projection_work: f64,
@@ -46,8 +48,8 @@ pub struct StepReport<const D: usize> {
     pub structure_impulse: Vector<D>,
     /// Momentum that the walls gave, by pairs of fluid and wall and by contact.
     pub wall_impulse: Vector<D>,
-    /// Change of momentum that gravity, structure and those pairs do not explain: Eq. (18) does not conserve it. Forces on walls hold it
-    /// ([`WallForces::lay`](crate::interface_load::WallForces::lay)).
+    /// Change of momentum that gravity, structure and those pairs do not explain: Eq. (18) does not conserve
+    /// it. Forces on walls hold it ([`WallForces::lay`](crate::interface_load::WallForces::lay)).
     pub momentum_error: Vector<D>,
     /// Mean of `(n − n₀)/n₀` over interior particles: the volume drift with its sign turned.
     pub mean_density_error: f64,

@@ -1,7 +1,7 @@
 //! Preconditioned conjugate gradients.
 //!
-//! Hestenes and Stiefel (1952). The operator and the preconditioner must be symmetric positive definite and must not change
-//! between iterations.
+//! Hestenes and Stiefel (1952). The operator and the preconditioner must be symmetric positive definite and
+//! must not change between iterations.
 
 use rayon::prelude::*;
 
@@ -42,14 +42,15 @@ pub struct Limits {
 pub struct Outcome {
     /// Iterations taken, one application of the operator each (and one more for a start that is not zero).
     pub iterations: usize,
-    /// `‖b − A x‖ / ‖b‖` as the recurrence carries it; zero where `b` is zero. Not finite if the operator, the preconditioner
-    /// or the right-hand side was not.
+    /// `‖b − A x‖ / ‖b‖` as the recurrence carries it; zero where `b` is zero. Not finite if the operator,
+    /// the preconditioner or the right-hand side was not.
     pub residual: f64,
     /// Whether the residual met the tolerance.
     pub converged: bool,
 }
 
-/// Solves `A x = b` from the start `x`, or from zero where that is nearer; `operator(v, out)` writes `A v`, `preconditioner(r, out)` an approximation of `A⁻¹ r`.
+/// Solves `A x = b` from the start `x`, or from zero where that is nearer; `operator(v, out)` writes `A v`,
+/// `preconditioner(r, out)` an approximation of `A⁻¹ r`.
 pub fn solve(
     mut operator: impl FnMut(&[f64], &mut [f64]),
     mut preconditioner: impl FnMut(&[f64], &mut [f64]),

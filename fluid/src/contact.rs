@@ -1,7 +1,8 @@
 //! Particles near walls and structure: none may come nearer than a least distance in a step.
 //!
-//! The pressure keeps the fluid off its boundaries where it is unknown; a surface particle has a known pressure and would run into them.
-//! Its approach is limited to what the remaining distance allows, inelastically: velocity is only ever taken away relative to the boundary.
+//! The pressure keeps the fluid off its boundaries where it is unknown; a surface particle has a known
+//! pressure and would run into them. Its approach is limited to what the remaining distance allows,
+//! inelastically: velocity is only ever taken away relative to the boundary.
 
 use crate::walls::{SurfacePoint, Walls};
 use sph::Vector;
@@ -16,7 +17,8 @@ pub struct Approach {
 }
 
 impl Approach {
-    /// Limits a particle's velocity and displacement towards a surface that moves with `boundary`; gives the change of velocity (m/s).
+    /// Limits a particle's velocity and displacement towards a surface that moves with `boundary`; gives the
+    /// change of velocity (m/s).
     pub fn limit<const D: usize>(
         &self,
         surface: &SurfacePoint<D>,
@@ -39,7 +41,8 @@ impl Approach {
     }
 }
 
-/// Limits a particle's approach to all walls; `contact(part, change, boundary)` is told each change of velocity, and the wall's own.
+/// Limits a particle's approach to all walls; `contact(part, change, boundary)` is told each change of
+/// velocity, and the wall's own.
 pub fn keep_off_walls<const D: usize>(
     approach: &Approach,
     walls: &Walls<D>,
@@ -61,9 +64,11 @@ pub fn keep_off_walls<const D: usize>(
     }
 }
 
-/// The structure's surface next to a fluid particle: the nearest interface particle, and the distance to the plane through its outer side.
+/// The structure's surface next to a fluid particle: the nearest interface particle, and the distance to the
+/// plane through its outer side.
 ///
-/// `near` lists the interface particles within reach; nothing when there are none or the particle stands beside that plane's patch.
+/// `near` lists the interface particles within reach; nothing when there are none or the particle stands
+/// beside that plane's patch.
 pub fn nearest_structure<const D: usize>(
     position: &Vector<D>,
     near: &[u32],

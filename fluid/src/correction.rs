@@ -6,10 +6,12 @@ use sph::{Matrix, Vector};
 /// Independent entries of a symmetric tensor in three dimensions.
 const ENTRIES: usize = 6;
 
-/// The symmetric `B̂` for which `B̂ : Σ 2V e ∇W ((f_a − f_b)/|r| − e·⟨∇f⟩_a)` is exactly `∇²f` for quadratic `f`.
+/// The symmetric `B̂` for which `B̂ : Σ 2V e ∇W ((f_a − f_b)/|r| − e·⟨∇f⟩_a)` is exactly `∇²f` for quadratic
+/// `f`.
 ///
-/// From the Taylor series: `B̂ : [Σ r e e e ∇W + (Σ e e ∇W)·(Σ r r B∇W)] = −I` (V in every sum). The paper's Eqs. (6)–(7) have `B̂` on both sides, which cannot be.
-/// `gradients` gives `(r_ab, V_b ∇W_ab)` of every neighbour, `b` is the tensor of Eq. (5). Nothing where neighbours are too few for a solution.
+/// From the Taylor series: `B̂ : [Σ r e e e ∇W + (Σ e e ∇W)·(Σ r r B∇W)] = −I` (V in every sum). The paper's
+/// Eqs. (6)–(7) have `B̂` on both sides, which cannot be. `gradients` gives `(r_ab, V_b ∇W_ab)` of every
+/// neighbour, `b` is the tensor of Eq. (5). Nothing where neighbours are too few for a solution.
 pub fn second_derivative_correction<const D: usize>(
     gradients: &(impl Iterator<Item = (Vector<D>, Vector<D>)> + Clone),
     b: &Matrix<D>,

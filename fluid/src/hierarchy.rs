@@ -1,17 +1,20 @@
 //! How long a hierarchy of the multigrid preconditioner serves.
 //!
-//! Making it takes as long as two iterations, and the particles of the next steps are nearly where they were: in a column that collapses (9,000
-//! particles) 6.8 iterations a step became 6.8 with a hierarchy made every 8 steps, 6.9 with every 64. It is kept until iterations tell that it no longer fits.
+//! Making it takes as long as two iterations, and the particles of the next steps are nearly where they were:
+//! in a column that collapses (9,000 particles) 6.8 iterations a step became 6.8 with a hierarchy made every
+//! 8 steps, 6.9 with every 64. It is kept until iterations tell that it no longer fits.
 //!
-//! The iterations' rounding depends on the hierarchy, so a [`State`](crate::State) knows which one its next step takes: not the matrices but [`Origin`], what
-//! they were made of. A step whose memory holds another hierarchy (after a restart, say) makes it again from there, the same to the bit.
+//! The iterations' rounding depends on the hierarchy, so a [`State`](crate::State) knows which one its next
+//! step takes: not the matrices but [`Origin`], what they were made of. A step whose memory holds another
+//! hierarchy (after a restart, say) makes it again from there, the same to the bit.
 
 use crate::state::SurfaceClass;
 use sph::Vector;
 use std::sync::Arc;
 
-/// Iterations that making a hierarchy takes as long as: when the old one has lost so many, a new one is made. In `cases/elastic_gate`, whose fluid
-/// splashes, being more patient (losses of more than one a step only, three of them) cost more iterations than it saved.
+/// Iterations that making a hierarchy takes as long as: when the old one has lost so many, a new one is made.
+/// In `cases/elastic_gate`, whose fluid splashes, being more patient (losses of more than one a step only,
+/// three of them) cost more iterations than it saved.
 const WORTH: usize = 2;
 
 /// Everything that the preconditioner's matrix is made of and that changes in time.

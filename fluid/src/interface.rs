@@ -54,7 +54,8 @@ impl<const D: usize> InterfaceInput<'_, D> {
 pub struct InterfaceOutput<const D: usize> {
     /// Load on the structure as a pressure gradient `g_s` (Pa/m): the force on particle s is `−V_s g_s`.
     pub pressure_gradients: Vec<Vector<D>>,
-    /// `R_s` (Pa/m): the fluid received the force `+V_s R_s` from particle s in this step, contact and friction included.
+    /// `R_s` (Pa/m): the fluid received the force `+V_s R_s` from particle s in this step, contact and
+    /// friction included.
     pub pair_reactions: Vec<Vector<D>>,
     /// Unit normals out of the structure; zero deep inside.
     pub normals: Vec<Vector<D>>,
@@ -68,7 +69,8 @@ pub struct StructureSurface {
     list: NeighbourList,
 }
 
-/// `|Σ_s V_s ∇W| h` below which a particle counts as deep inside: one layer below a flat surface it is 0.03, in the surface layer 0.56 (lattice, h = 1.2 Δx).
+/// `|Σ_s V_s ∇W| h` below which a particle counts as deep inside: one layer below a flat surface it is 0.03,
+/// in the surface layer 0.56 (lattice, h = 1.2 Δx).
 const EXPOSED: f64 = 0.25;
 
 impl StructureSurface {

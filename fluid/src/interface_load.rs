@@ -1,4 +1,5 @@
-//! Forces between fluid and boundaries: what the structure gets, and what the fluid got from each of its particles.
+//! Forces between fluid and boundaries: what the structure gets, and what the fluid got from each of its
+//! particles.
 
 use crate::interface::InterfaceInput;
 use crate::neighbourhood::Neighbourhood;
@@ -19,8 +20,9 @@ pub enum Body {
 }
 
 /// `R_s` (Pa/m): `V_s R_s` is the force on the fluid from particle s by the formula that moved the fluid,
-/// `−V V_s [(1 − φ) 2 p_a + φ (p_s − p_a) B_a] ∇W_as` summed over the fluid, with `p_s − p_a = ρ g·(r_s − r_a)` and the share φ of Eq. (18).
-/// `positions` are those of fluid and structure (m).
+/// `−V V_s [(1 − φ) 2 p_a + φ (p_s − p_a) B_a] ∇W_as` summed over the fluid, with
+/// `p_s − p_a = ρ g·(r_s − r_a)` and the share φ of Eq. (18). `positions` are those of fluid and structure
+/// (m).
 pub fn pair_reactions<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     corrections: &[(Matrix<D>, f64)],
@@ -76,7 +78,8 @@ pub fn pressures<const D: usize>(
 pub struct WallForces<const D: usize> {
     /// Force (N) of the fluid on each part.
     pub forces: Vec<Vector<D>>,
-    /// How strongly each part is met by particles that Eq. (18) moves: `Σ φ V V_w |2 p_a ∇W_aw|` along each axis (N).
+    /// How strongly each part is met by particles that Eq. (18) moves: `Σ φ V V_w |2 p_a ∇W_aw|` along each
+    /// axis (N).
     met: Vec<Vector<D>>,
 }
 
@@ -89,10 +92,12 @@ impl<const D: usize> WallForces<D> {
         }
     }
 
-    /// Adds the forces of the fluid's pressure, `+V V_w [(1 − φ) 2 p_a + φ (2 p_a + ρ g·(r_w − r_a)) B_a] ∇W_aw`: the transpose of the divergence, and
-    /// for the share φ of Eq. (18) a sum over the wall's surface that carries `p` from the particle to it. Particles that have moved are not a lattice: their
-    /// `∇·r/D` is 1.01 to 1.02, by which `B` divides their pressure's gradient and so this sum. In `cases/hydrostatic_tank` the
-    /// bed carries 1.022 of the water's weight without `B`, 1.007 with it, at H/Δx = 20.
+    /// Adds the forces of the fluid's pressure,
+    /// `+V V_w [(1 − φ) 2 p_a + φ (2 p_a + ρ g·(r_w − r_a)) B_a] ∇W_aw`: the transpose of the divergence, and
+    /// for the share φ of Eq. (18) a sum over the wall's surface that carries `p` from the particle to it.
+    /// Particles that have moved are not a lattice: their `∇·r/D` is 1.01 to 1.02, by which `B` divides their
+    /// pressure's gradient and so this sum. In `cases/hydrostatic_tank` the bed carries 1.022 of the water's
+    /// weight without `B`, 1.007 with it, at H/Δx = 20.
     pub fn add_pressures(
         &mut self,
         (neighbourhood, corrections): (&Neighbourhood<D>, &[(Matrix<D>, f64)]),
@@ -116,11 +121,13 @@ impl<const D: usize> WallForces<D> {
         }
     }
 
-    /// Lays on the walls what the fluid got of momentum in `dt` (s) that no pair explains, `unexplained` (kg m/s): it came from nowhere else. Each
-    /// part gets of it as it is met, axis by axis; nothing is laid where no wall is met.
+    /// Lays on the walls what the fluid got of momentum in `dt` (s) that no pair explains, `unexplained` (kg
+    /// m/s): it came from nowhere else. Each part gets of it as it is met, axis by axis; nothing is laid
+    /// where no wall is met.
     ///
-    /// Eq. (18) has no equal and opposite pairs of fluid, so without this the forces on walls miss the balance `Σ F = M g − dP/dt`: in the resting tank by 0.7 %,
-    /// in a dam break (Δx = width/20) by 1 to 4 % once its jet has fallen back.
+    /// Eq. (18) has no equal and opposite pairs of fluid, so without this the forces on walls miss the
+    /// balance `Σ F = M g − dP/dt`: in the resting tank by 0.7 %, in a dam break (Δx = width/20) by 1 to 4 %
+    /// once its jet has fallen back.
     pub fn lay(&mut self, unexplained: &Vector<D>, dt: f64) {
         let met = self.met.iter().fold(Vector::<D>::zeros(), |sum, m| sum + m);
         for (force, own) in self.forces.iter_mut().zip(&self.met) {
@@ -133,7 +140,8 @@ impl<const D: usize> WallForces<D> {
     }
 }
 
-/// The paper's Eq. (48): `∇p_s = Σ V_k (p_k − p_s) ∇W_sk` over fluid and structure, dry structure particles at `p = 0`.
+/// The paper's Eq. (48): `∇p_s = Σ V_k (p_k − p_s) ∇W_sk` over fluid and structure, dry structure particles
+/// at `p = 0`.
 pub fn pressure_gradient_load<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     kernel: &CubicSpline<D>,
@@ -160,15 +168,16 @@ pub fn pressure_gradient_load<const D: usize>(
     }
 }
 
-/// Largest ratio of the extrapolated difference of velocity to that at the wall: with it the friction of a row half in the wall stays stable at the
-/// step `h²/8ν`. Morris has 1.5.
+/// Largest ratio of the extrapolated difference of velocity to that at the wall: with it the friction of a
+/// row half in the wall stays stable at the step `h²/8ν`. Morris has 1.5.
 const STEEPEST: f64 = 3.0;
 
-/// Wall particles have the velocity that is, extrapolated through the wall's surface from the particle that they meet, the wall's own at the surface: the difference
-/// is `1 + depth/distance` times as large (Morris, Fox and Zhu 1997). The structure's particles have their own velocity.
+/// Wall particles have the velocity that is, extrapolated through the wall's surface from the particle that
+/// they meet, the wall's own at the surface: the difference is `1 + depth/distance` times as large (Morris,
+/// Fox and Zhu 1997). The structure's particles have their own velocity.
 ///
-/// Adds the friction of no-slip boundaries, `Σ ν stiffness (u_b − u_a)` in Morris' form, to the viscous accelerations (m/s²);
-/// `taken(body, acceleration)` is told what each body gave to a fluid particle.
+/// Adds the friction of no-slip boundaries, `Σ ν stiffness (u_b − u_a)` in Morris' form, to the viscous
+/// accelerations (m/s²); `taken(body, acceleration)` is told what each body gave to a fluid particle.
 pub fn boundary_friction<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     options: &Options,

@@ -1,8 +1,8 @@
 //! Incompressible SPH fluid (ISPH, projection method) with free surfaces, walls and elastic structure.
 //!
-//! Start reading at [`Fluid::step`] in [`time_step`]: it is the algorithm of the paper (Salehizadeh and Shafiei
-//! 2022, "A coupled ISPH-TLSPH method for simulating fluid-elastic structure interaction problems"), a line a stage. What each stage
-//! does stands in a file of its own:
+//! Start reading at [`Fluid::step`] in [`time_step`]: it is the algorithm of the paper (Salehizadeh and
+//! Shafiei 2022, "A coupled ISPH-TLSPH method for simulating fluid-elastic structure interaction problems"),
+//! a line a stage. What each stage does stands in a file of its own:
 //!
 //! | stage | equations | module |
 //! |---|---|---|
@@ -19,9 +19,11 @@
 //! | particles kept in order | – | [`order`] |
 //! | periodic sides; walls that move | – | [`period`], [`wall_motion`] |
 //!
-//! [`solver`] holds what a fluid is made of and its stable step, walls come from [`walls`], choices from [`Options`], values at points from [`probes`]. A [`State`] holds all that the next step depends on,
-//! the solver's starting values included: [`Fluid::step`] takes an accepted state and makes a trial state, as often as
-//! wanted, with the same bits each time and for any number of threads. Nothing here knows a process, a file, a clock or a message.
+//! [`solver`] holds what a fluid is made of and its stable step, walls come from [`walls`], choices from
+//! [`Options`], values at points from [`probes`]. A [`State`] holds all that the next step depends on, the
+//! solver's starting values included: [`Fluid::step`] takes an accepted state and makes a trial state, as
+//! often as wanted, with the same bits each time and for any number of threads. Nothing here knows a process,
+//! a file, a clock or a message.
 //!
 //! # Notation
 //!
@@ -43,19 +45,25 @@
 //!
 //! # The structure in a step
 //!
-//! The interface brings positions at the window's start, the mean velocity over the window that the structure is predicted to have under the load held
-//! from the last window, and that load. The held load is taken back, `u*_s = u_s + ½Δt g_held/ρ_s`, and the structure takes part in the
-//! pressure solve with its mass: it yields by `−½Δt g_s/ρ_s` (`compliance`). With the velocity at the window's end
-//! ([`StructureVelocity::End`]) the halves are ones; why the mean is met by default stands in `docs/decisions/0003-mean-velocity.md`. The load is the transpose of the divergence through which `u_s` enters, so [`InterfaceOutput`]
-//! holds `R_s = g_s` to rounding next to the structure, where the fluid moves by the symmetric gradient alone. Contact (particles of known
-//! pressure that would run into the structure) and no-slip friction are counted in `R_s` and are **not** part of `g_s`.
+//! The interface brings positions at the window's start, the mean velocity over the window that the structure
+//! is predicted to have under the load held from the last window, and that load. The held load is taken back,
+//! `u*_s = u_s + ½Δt g_held/ρ_s`, and the structure takes part in the pressure solve with its mass: it yields
+//! by `−½Δt g_s/ρ_s` (`compliance`). With the velocity at the window's end ([`StructureVelocity::End`]) the
+//! halves are ones; why the mean is met by default stands in `docs/decisions/0003-mean-velocity.md`. The load
+//! is the transpose of the divergence through which `u_s` enters, so [`InterfaceOutput`] holds `R_s = g_s` to
+//! rounding next to the structure, where the fluid moves by the symmetric gradient alone. Contact (particles
+//! of known pressure that would run into the structure) and no-slip friction are counted in `R_s` and are
+//! **not** part of `g_s`.
 //!
 //! # Where this departs from the paper, and what forced it
 //!
-//! Measured with this crate in two dimensions, water, `h = 1.2 Δx`, all but the choice named as by default (the sub-particle-scale model on): "tank" is 0.5 wide and 1 deep
-//! (H/Δx = 20, positions jittered by 0.1 Δx, 6 s, means from 1 s on), "dam" a column 1 × 2 in a tank 4 wide (Δx = width/20, 1.5 s). `K` is kinetic energy, "rise" the largest rise of kinetic and
-//! potential energy over the least before, over that at the start. By default the tank has a mean `K` of 0.027 J (it could fall with 2450 J), the rms error of its pressure is 0.07 % of ρgH and its
-//! centroid stands 0.19 % high; the dam keeps 0.970 of its energy and its rise is 3.3e-4. The paper's choices together are [`Options::paper`].
+//! Measured with this crate in two dimensions, water, `h = 1.2 Δx`, all but the choice named as by default
+//! (the sub-particle-scale model on): "tank" is 0.5 wide and 1 deep (H/Δx = 20, positions jittered by 0.1 Δx,
+//! 6 s, means from 1 s on), "dam" a column 1 × 2 in a tank 4 wide (Δx = width/20, 1.5 s). `K` is kinetic
+//! energy, "rise" the largest rise of kinetic and potential energy over the least before, over that at the
+//! start. By default the tank has a mean `K` of 0.027 J (it could fall with 2450 J), the rms error of its
+//! pressure is 0.07 % of ρgH and its centroid stands 0.19 % high; the dam keeps 0.970 of its energy and its
+//! rise is 3.3e-4. The paper's choices together are [`Options::paper`].
 //!
 //! | paper | here | why |
 //! |---|---|---|
@@ -79,8 +87,9 @@
 //!
 //! # What a step costs
 //!
-//! Measured with `examples/step_cost.rs` on a column that collapses (0.27 s at 2,300 particles, 0.24 s at 9,000, 0.10 s at 50,000, 0.01 s at 500,000), each
-//! step three times, the least time of each stage, on an idle machine of two cores with a copy bandwidth of 33 GB/s on one thread and up to 69 on two.
+//! Measured with `examples/step_cost.rs` on a column that collapses (0.27 s at 2,300 particles, 0.24 s at
+//! 9,000, 0.10 s at 50,000, 0.01 s at 500,000), each step three times, the least time of each stage, on an
+//! idle machine of two cores with a copy bandwidth of 33 GB/s on one thread and up to 69 on two.
 //!
 //! | µs a particle and step, one thread / two | 2,300 | 9,000 | 50,000 | 500,000 |
 //! |---|---|---|---|---|
@@ -92,10 +101,12 @@
 //!
 //! Two million particles (the column 1,000 wide, 6 steps) take 1.17 kB each and 9.5 iterations at 1e-6.
 //!
-//! A dam that has broken and splashed for 2.4 s (8,800 particles, 9.2 and 3.3 iterations, 0.28 hierarchies a step) takes 1.75 µs (on a busy machine) and 1.41 kB. `cases/dam_break`
-//! with 9,000 particles takes 8.0 and 3.6 iterations a step in the mean of its 3.84 s, 10.5 and 5.0 in the eighth in which the wave falls back, and never more than 16. Two threads
-//! gain less in a small fluid that makes its hierarchy often: 1.28 at 2,300 particles after 0.56 s.
-//! At 50,000 particles and 1e-3, bandwidth counted as the example's `traffic` says:
+//! A dam that has broken and splashed for 2.4 s (8,800 particles, 9.2 and 3.3 iterations, 0.28 hierarchies a
+//! step) takes 1.75 µs (on a busy machine) and 1.41 kB. `cases/dam_break` with 9,000 particles takes 8.0 and
+//! 3.6 iterations a step in the mean of its 3.84 s, 10.5 and 5.0 in the eighth in which the wave falls back,
+//! and never more than 16. Two threads gain less in a small fluid that makes its hierarchy often: 1.28 at
+//! 2,300 particles after 0.56 s. At 50,000 particles and 1e-3, bandwidth counted as the example's `traffic`
+//! says:
 //!
 //! | stage | share | GB/s on one thread, two | two threads are faster by |
 //! |---|---|---|---|
@@ -108,21 +119,27 @@
 //! | motion, accounts | 0.04 | 8.0, 12.7 | 1.60 |
 //! | whole | 1 | 11.2, 20.4 | 1.83 |
 //!
-//! No stage comes near the copy bandwidth on one thread: the caches hold much of what is gathered, and arithmetic and latency take the time. What runs
-//! on one thread whatever there are is 6 % of a step in which a hierarchy is made (9,000 particles: 1.9 % aggregates, 1.4 % surface, the rest in pieces), 4 % of one in
-//! which none is. What keeps two threads of small fluids from twice the speed is handing over: a step has about 200 passes, and a thread that has waited for
-//! some 15 µs sleeps and takes longer than that to wake. Passes too short to share are not shared ([`multigrid`], [`conjugate_gradients`]).
+//! No stage comes near the copy bandwidth on one thread: the caches hold much of what is gathered, and
+//! arithmetic and latency take the time. What runs on one thread whatever there are is 6 % of a step in which
+//! a hierarchy is made (9,000 particles: 1.9 % aggregates, 1.4 % surface, the rest in pieces), 4 % of one in
+//! which none is. What keeps two threads of small fluids from twice the speed is handing over: a step has
+//! about 200 passes, and a thread that has waited for some 15 µs sleeps and takes longer than that to wake.
+//! Passes too short to share are not shared ([`multigrid`], [`conjugate_gradients`]).
 //!
-//! The hierarchy is kept while it serves ([`hierarchy`]), and follows diagonals that change ([`preconditioner`]): made 0.2 times a step in the collapsing columns, 0.28 times in the splashing dam. Making it takes
-//! 0.16 µs a particle, an iteration 0.08.
+//! The hierarchy is kept while it serves ([`hierarchy`]), and follows diagonals that change
+//! ([`preconditioner`]): made 0.2 times a step in the collapsing columns, 0.28 times in the splashing dam.
+//! Making it takes 0.16 µs a particle, an iteration 0.08.
 //!
-//! Neighbour lists are found anew each step; lists with a skin were built and gained nothing (`docs/decisions/0010-neighbour-lists.md`). Particles are sorted along Morton's curve when their
-//! order has decayed ([`order`]). That made a step of the splashing dam (9,000, 1.46 s after the start in the lattice's order) 4 to 6 % faster, that of a column near the lattice's
-//! order not at all, at 50,000 and at 500,000. Order matters when it is lost altogether: shuffled, 9,000 particles take 1.09 times as long, 50,000 twice, and 500,000 took 6.1 µs
-//! instead of 1.35 (before their hierarchy was kept).
+//! Neighbour lists are found anew each step; lists with a skin were built and gained nothing
+//! (`docs/decisions/0010-neighbour-lists.md`). Particles are sorted along Morton's curve when their order has
+//! decayed ([`order`]). That made a step of the splashing dam (9,000, 1.46 s after the start in the lattice's
+//! order) 4 to 6 % faster, that of a column near the lattice's order not at all, at 50,000 and at 500,000.
+//! Order matters when it is lost altogether: shuffled, 9,000 particles take 1.09 times as long, 50,000 twice,
+//! and 500,000 took 6.1 µs instead of 1.35 (before their hierarchy was kept).
 //!
-//! Starting the solve from pressures extrapolated in time took 4.4 instead of 6.0 iterations while the column began to fall smoothly, and 15.0 instead of 13.2 once it had
-//! splashed (13.1 with half the extrapolation): the pressure there is not smooth in time, and nothing is extrapolated.
+//! Starting the solve from pressures extrapolated in time took 4.4 instead of 6.0 iterations while the column
+//! began to fall smoothly, and 15.0 instead of 13.2 once it had splashed (13.1 with half the extrapolation):
+//! the pressure there is not smooth in time, and nothing is extrapolated.
 
 pub mod accounting;
 pub mod conjugate_gradients;

@@ -9,9 +9,10 @@ use sph::{Matrix, Vector, tensor};
 
 /// A pair of particles, seen from the first.
 ///
-/// Stored in single precision, because the solves read little else and memory is what they wait for. Nothing is lost by it: `V_b ∇W_ab`
-/// and `V_a ∇W_ba` are rounded alike, so the two stay exact opposites, and every sum over neighbours is made of the rounded values, in
-/// double precision: divergence and gradient stay exact transposes and corrected gradients exact for linear fields.
+/// Stored in single precision, because the solves read little else and memory is what they wait for. Nothing
+/// is lost by it: `V_b ∇W_ab` and `V_a ∇W_ba` are rounded alike, so the two stay exact opposites, and every
+/// sum over neighbours is made of the rounded values, in double precision: divergence and gradient stay exact
+/// transposes and corrected gradients exact for linear fields.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair<const D: usize> {
     gradient: [f32; D],
@@ -103,7 +104,8 @@ pub struct Neighbourhood<const D: usize> {
     owners: Vec<u32>,
 }
 
-/// Bodies that do not change their number or volume: walls, and the structure's particles where they stand now.
+/// Bodies that do not change their number or volume: walls, and the structure's particles where they stand
+/// now.
 #[derive(Clone, Copy)]
 pub struct Bodies<'a, const D: usize> {
     /// Wall positions (m).
@@ -200,8 +202,8 @@ impl<const D: usize> Neighbourhood<D> {
         );
     }
 
-    /// `B` of Eq. (5) and the smallest eigenvalue of its inverse, particle by particle; `B` is the identity where that eigenvalue is
-    /// below `least` (too few or too one-sided neighbours to correct with).
+    /// `B` of Eq. (5) and the smallest eigenvalue of its inverse, particle by particle; `B` is the identity
+    /// where that eigenvalue is below `least` (too few or too one-sided neighbours to correct with).
     pub fn corrections(&self, least: f64, out: &mut Vec<(Matrix<D>, f64)>) {
         out.resize(self.surroundings.len(), (Matrix::identity(), 0.0));
         out.par_iter_mut().with_min_len(256).zip(&self.surroundings).for_each(|(correction, sums)| {
@@ -244,7 +246,8 @@ impl<const D: usize> Weight<'_, D> {
 }
 
 impl KernelBetween {
-    /// Adds the pair at `r = r_a − r_b` to the sums that all kinds of neighbours share; `gradient` is `V_b ∇W_ab`.
+    /// Adds the pair at `r = r_a − r_b` to the sums that all kinds of neighbours share; `gradient` is
+    /// `V_b ∇W_ab`.
     #[inline]
     fn add<const D: usize>(&self, sums: &mut Surroundings<D>, r: &Vector<D>, gradient: &Vector<D>) {
         sums.concentration += self.share;

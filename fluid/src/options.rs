@@ -3,9 +3,11 @@
 /// Which projection moves the fluid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scheme {
-    /// Gradient as the negative transpose of the divergence, `A = D M⁻¹ Dᵀ + S`: projection cannot add kinetic energy.
+    /// Gradient as the negative transpose of the divergence, `A = D M⁻¹ Dᵀ + S`: projection cannot add
+    /// kinetic energy.
     EnergyConsistent,
-    /// The paper's: compact Laplacian of Eq. (15) without its `B` (symmetric), velocity correction of Eq. (18) with `B`.
+    /// The paper's: compact Laplacian of Eq. (15) without its `B` (symmetric), velocity correction of Eq.
+    /// (18) with `B`.
     Paper,
 }
 
@@ -14,7 +16,8 @@ pub enum Scheme {
 pub enum ViscousOperator {
     /// Morris, Fox and Zhu 1997: symmetric, so it conserves momentum and only dissipates.
     Morris,
-    /// The paper's Eqs. (4), (6), (7), (13): Fatehi and Manzari 2012, exact for quadratic fields, neither symmetric nor surely dissipative.
+    /// The paper's Eqs. (4), (6), (7), (13): Fatehi and Manzari 2012, exact for quadratic fields, neither
+    /// symmetric nor surely dissipative.
     FatehiManzari,
 }
 
@@ -43,7 +46,8 @@ pub enum Tearing {
 /// Load on the structure.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Load {
-    /// Transpose of the divergence through which the structure's velocity enters: equal and opposite by construction.
+    /// Transpose of the divergence through which the structure's velocity enters: equal and opposite by
+    /// construction.
     Transpose,
     /// The paper's Eq. (48): pressure gradient over fluid and structure, `p = 0` on dry structure particles.
     PressureGradient,
@@ -52,7 +56,8 @@ pub enum Load {
 /// Which velocity of the structure the fluid meets over a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StructureVelocity {
-    /// Its mean over the step, the displacement over Δt: a force held over the step changes it by half of `Δt F/m`.
+    /// Its mean over the step, the displacement over Δt: a force held over the step changes it by half of
+    /// `Δt F/m`.
     Mean,
     /// That at the step's end, which the force changes by `Δt F/m`.
     End,
@@ -77,17 +82,19 @@ pub enum Preconditioner {
     Multigrid,
 }
 
-/// All choices of the method. Lengths and velocities are in units of the spacing or derived from the case, so that one set serves all resolutions.
+/// All choices of the method. Lengths and velocities are in units of the spacing or derived from the case, so
+/// that one set serves all resolutions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
     /// Projection.
     pub scheme: Scheme,
     /// `h/Δx` (the paper's 1.2).
     pub smoothing_ratio: f64,
-    /// `∇·r/D` up to which a particle is on the surface (α = 0) and from which on it is inside (α = 1), Eq. (17). The paper has 0.7 and 0.8.
+    /// `∇·r/D` up to which a particle is on the surface (α = 0) and from which on it is inside (α = 1), Eq.
+    /// (17). The paper has 0.7 and 0.8.
     pub surface_thresholds: (f64, f64),
-    /// How far `∇·r/D` of a particle that was not on the surface has to fall below the first threshold until it is
-    /// ([`surface`](crate::surface)).
+    /// How far `∇·r/D` of a particle that was not on the surface has to fall below the first threshold until
+    /// it is ([`surface`](crate::surface)).
     pub surface_hysteresis: f64,
     /// Share of the compact Laplacian added to `D M⁻¹ Dᵀ` (it is blind to checkerboards).
     pub laplacian_share: f64,
@@ -97,11 +104,12 @@ pub struct Options {
     pub pocket_regularisation: f64,
     /// Preconditioner of the pressure solves.
     pub preconditioner: Preconditioner,
-    /// Relative residual of the pressure solve. The default 1e-3 leaves energy, density and centroid of tank and dam break as 1e-5 does
-    /// (tank, K: 0.01723 and 0.01724 J; dam, energy at 1.5 s: 0.9726 and 0.9727) in 8 iterations instead of 14.
+    /// Relative residual of the pressure solve. The default 1e-3 leaves energy, density and centroid of tank
+    /// and dam break as 1e-5 does (tank, K: 0.01723 and 0.01724 J; dam, energy at 1.5 s: 0.9726 and 0.9727)
+    /// in 8 iterations instead of 14.
     ///
-    /// A column of 9,000 particles that has splashed, 0.1 s (183 steps) further: relative residual, iterations, divergence left by the solve times the step, change of
-    /// total energy, mean density error.
+    /// A column of 9,000 particles that has splashed, 0.1 s (183 steps) further: relative residual,
+    /// iterations, divergence left by the solve times the step, change of total energy, mean density error.
     ///
     /// | tolerance | iterations | rms of `Δt D u` left | energy | density |
     /// |---|---|---|---|---|
@@ -110,7 +118,8 @@ pub struct Options {
     /// | 1e-4 | 12.5 | 1.1e-8 | −0.089 % | 3.4e-5 |
     /// | 1e-6 | 17.5 | 1.1e-10 | −0.089 % | 3.4e-5 |
     ///
-    /// Even 1e-2 leaves per step a thirtieth of the density error that the position projection keeps; 1e-3 is ten times below that.
+    /// Even 1e-2 leaves per step a thirtieth of the density error that the position projection keeps; 1e-3 is
+    /// ten times below that.
     pub pressure_tolerance: f64,
     /// Relative residual of the position projection.
     pub position_tolerance: f64,
@@ -118,15 +127,18 @@ pub struct Options {
     pub iteration_limit: usize,
     /// Whether the density error is taken back by a projection of positions.
     pub position_projection: bool,
-    /// Blend of the corrected gradient of Eq. (18) into the symmetric one, as far as energy allows (energy-consistent scheme only).
+    /// Blend of the corrected gradient of Eq. (18) into the symmetric one, as far as energy allows
+    /// (energy-consistent scheme only).
     pub corrected_gradient: bool,
-    /// Pressure of the layer outside particles on and near the surface ([`surface_offset`](crate::surface_offset)).
+    /// Pressure of the layer outside particles on and near the surface
+    /// ([`surface_offset`](crate::surface_offset)).
     pub surface_offset: bool,
     /// Where fluid that would be pulled is torn ([`tearing`](crate::tearing)).
     pub tearing: Tearing,
     /// Shifting law.
     pub shifting: ShiftingLaw,
-    /// Shifting coefficient: times `2h u Δt` of [`ShiftingLaw::Concentration`], the paper's `C` of [`ShiftingLaw::Paper`].
+    /// Shifting coefficient: times `2h u Δt` of [`ShiftingLaw::Concentration`], the paper's `C` of
+    /// [`ShiftingLaw::Paper`].
     pub shifting_coefficient: f64,
     /// Largest shift in units of `h`.
     pub shifting_limit: f64,
@@ -136,7 +148,8 @@ pub struct Options {
     pub taylor_correction: bool,
     /// Viscous operator.
     pub viscous_operator: ViscousOperator,
-    /// Smagorinsky constant of the sub-particle-scale viscosity, Eq. (10); zero switches it off. The paper has 0.1.
+    /// Smagorinsky constant of the sub-particle-scale viscosity, Eq. (10); zero switches it off. The paper
+    /// has 0.1.
     pub smagorinsky: f64,
     /// Added viscosity between approaching particles in units of `h` times the reference velocity.
     pub approach_viscosity: f64,
@@ -150,9 +163,11 @@ pub struct Options {
     pub courant: f64,
     /// `Δt` grows at most by this factor a step.
     pub growth: f64,
-    /// Velocity (m/s) that stands for the flow's scale while it is slow; `√(gH)` of the initial fluid when none is given.
+    /// Velocity (m/s) that stands for the flow's scale while it is slow; `√(gH)` of the initial fluid when
+    /// none is given.
     pub reference_velocity: Option<f64>,
-    /// Whether the structure's own compliance enters the pressure operator; without it the structure is a moving wall.
+    /// Whether the structure's own compliance enters the pressure operator; without it the structure is a
+    /// moving wall.
     pub compliance: bool,
     /// Which velocity of the structure the interface brings.
     pub structure_velocity: StructureVelocity,
@@ -200,8 +215,9 @@ impl Default for Options {
 }
 
 impl Options {
-    /// The paper's choices throughout, its slips mended: thresholds 1.4/1.6, shifting by Eqs. (21)–(24) with `C = 0.04`, Eqs. (27)–(32),
-    /// Eq. (13), `c_s = 0.1`, `Cr = 0.1`. It does not hold a hydrostatic tank (see the table of deviations in the crate's documentation).
+    /// The paper's choices throughout, its slips mended: thresholds 1.4/1.6, shifting by Eqs. (21)–(24) with
+    /// `C = 0.04`, Eqs. (27)–(32), Eq. (13), `c_s = 0.1`, `Cr = 0.1`. It does not hold a hydrostatic tank
+    /// (see the table of deviations in the crate's documentation).
     pub fn paper() -> Self {
         Self {
             scheme: Scheme::Paper,

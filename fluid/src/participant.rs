@@ -1,6 +1,7 @@
 //! The fluid as a participant: the one file of this crate that knows the case, messages and outputs.
 //!
-//! Case → particles, walls and options; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and balances.
+//! Case → particles, walls and options; interface fields ↔ arrays of vectors; accepted state → snapshots,
+//! probes and balances.
 
 mod ledger;
 mod setup;
@@ -43,8 +44,8 @@ pub fn preview(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
     }
 }
 
-/// Peak resident memory of a fluid process (bytes), of itself and a particle: 27.5 MB on `cases/elastic_gate` with 8,960 particles, 81.6 MB on
-/// `cases/hydrostatic_column` with 51,200.
+/// Peak resident memory of a fluid process (bytes), of itself and a particle: 27.5 MB on `cases/elastic_gate`
+/// with 8,960 particles, 81.6 MB on `cases/hydrostatic_column` with 51,200.
 const BYTES_OF_PROCESS: f64 = 16e6;
 const BYTES_A_PARTICLE: f64 = 1.3e3;
 
@@ -124,7 +125,8 @@ impl<const D: usize> FluidParticipant<D> {
         read(inputs.get(names::HELD_PRESSURE_GRADIENT), &mut self.held);
     }
 
-    /// A failed step as the participant's failure; of a failed solve the state is left in the run's folder, and the message says where.
+    /// A failed step as the participant's failure; of a failed solve the state is left in the run's folder,
+    /// and the message says where.
     fn explain(&self, error: &Error, time: f64) -> ParticipantError {
         if !matches!(error, Error::Solve { .. }) {
             return failed(error);

@@ -1,8 +1,9 @@
 //! Periodic sides: space that repeats.
 //!
-//! Positions are kept inside the domain; pairs meet through the nearest image, which is the only one within reach while the domain is at least two
-//! supports long. Neighbours are found among the particles and ghost images of those near a periodic side, and the lists then name the originals.
-//! Walls are not repeated: let them reach a support beyond the periodic sides. Structures have to keep a support away from them.
+//! Positions are kept inside the domain; pairs meet through the nearest image, which is the only one within
+//! reach while the domain is at least two supports long. Neighbours are found among the particles and ghost
+//! images of those near a periodic side, and the lists then name the originals. Walls are not repeated: let
+//! them reach a support beyond the periodic sides. Structures have to keep a support away from them.
 
 use sph::Vector;
 
@@ -56,7 +57,8 @@ impl<const D: usize> Period<D> {
         point - self.length.component_mul(&cells)
     }
 
-    /// Appends to `points` (m), all inside the domain, their images within `reach` (m) of it; `owners` gets the point that each entry is.
+    /// Appends to `points` (m), all inside the domain, their images within `reach` (m) of it; `owners` gets
+    /// the point that each entry is.
     pub fn add_images(&self, points: &mut Vec<Vector<D>>, reach: f64, owners: &mut Vec<u32>) {
         owners.clear();
         owners.extend(0..points.len() as u32);

@@ -1,8 +1,8 @@
-//! Projection of positions onto the fluid's density: what the divergence-free velocity leaves undone is taken back by moving particles,
-//! without touching their velocity.
+//! Projection of positions onto the fluid's density: what the divergence-free velocity leaves undone is taken
+//! back by moving particles, without touching their velocity.
 //!
-//! Solves `(A + …) q = α clamp((n − n₀)/n₀, ±0.05)` and moves by `δr = M⁻¹ Dᵀ q`. Putting the same error into the velocity
-//! (`div u* − γ (n − n₀)/(n₀Δt)`) pumps energy.
+//! Solves `(A + …) q = α clamp((n − n₀)/n₀, ±0.05)` and moves by `δr = M⁻¹ Dᵀ q`. Putting the same error into
+//! the velocity (`div u* − γ (n − n₀)/(n₀Δt)`) pumps energy.
 
 use crate::neighbourhood::Neighbourhood;
 use crate::surface::Surface;

@@ -6,7 +6,8 @@ use crate::pressure_operator::PressureOperator;
 use rayon::prelude::*;
 use sph::Vector;
 
-/// A preconditioner for the operators of one step and of those that follow, as long as it serves (see [`hierarchy`](crate::hierarchy)).
+/// A preconditioner for the operators of one step and of those that follow, as long as it serves (see
+/// [`hierarchy`](crate::hierarchy)).
 #[derive(Debug, Default)]
 pub struct PressurePreconditioner<const D: usize> {
     inverse_diagonal: Vec<f64>,
@@ -32,10 +33,12 @@ pub struct PressurePreconditioner<const D: usize> {
 const CHANGED: f64 = 1.1;
 
 impl<const D: usize> PressurePreconditioner<D> {
-    /// Sets up for `operator`, whose diagonal is `diagonal`. The multigrid's matrix is the compact Laplacian between unknown pressures, with
-    /// the operator's extra diagonal and, for the wide operator, its reaction, the square of the force of a
-    /// constant pressure (see [`multigrid::Options::WIDE_OPERATOR`]), all times ρ. Where the structure yields to a constant pressure, what it takes up is
-    /// added to the reaction: in `cases/elastic_gate` (0.15 s) a solve to 1e-3 took 8.0 iterations in the mean instead of 10.0.
+    /// Sets up for `operator`, whose diagonal is `diagonal`. The multigrid's matrix is the compact Laplacian
+    /// between unknown pressures, with the operator's extra diagonal and, for the wide operator, its
+    /// reaction, the square of the force of a constant pressure (see [`multigrid::Options::WIDE_OPERATOR`]),
+    /// all times ρ. Where the structure yields to a constant pressure, what it takes up is added to the
+    /// reaction: in `cases/elastic_gate` (0.15 s) a solve to 1e-3 took 8.0 iterations in the mean instead of
+    /// 10.0.
     pub fn prepare(&mut self, kind: Preconditioner, operator: &PressureOperator<'_, D>, diagonal: &[f64]) {
         self.by_multigrid = kind == Preconditioner::Multigrid;
         self.made_free.clear();
@@ -85,13 +88,16 @@ impl<const D: usize> PressurePreconditioner<D> {
         });
     }
 
-    /// Fits what was prepared to an operator of the same particles with this `diagonal`, whose pressures are unknown where `free` says: particles whose
-    /// pressure is known by now get no correction, those whose pressure was known get that of their diagonal alone. Where the diagonal has changed, by a
-    /// tenth at least, residual and correction are scaled by the root of the change. What is left is symmetric and positive.
+    /// Fits what was prepared to an operator of the same particles with this `diagonal`, whose pressures are
+    /// unknown where `free` says: particles whose pressure is known by now get no correction, those whose
+    /// pressure was known get that of their diagonal alone. Where the diagonal has changed, by a tenth at
+    /// least, residual and correction are scaled by the root of the change. What is left is symmetric and
+    /// positive.
     ///
-    /// Diagonals change by orders of magnitude where α of Eq. (16) comes from nearly zero, and with the old ones a few such particles hold nearly all of the
-    /// residual: in a splashing dam (8,800 particles, 2.4 s) the two solves took 11.8 and 4.6 iterations with them, 8.8 and 3.2 scaled, and made 0.23 hierarchies a step
-    /// instead of 0.43; with a new hierarchy each step it is 9.0 and 3.4.
+    /// Diagonals change by orders of magnitude where α of Eq. (16) comes from nearly zero, and with the old
+    /// ones a few such particles hold nearly all of the residual: in a splashing dam (8,800 particles, 2.4 s)
+    /// the two solves took 11.8 and 4.6 iterations with them, 8.8 and 3.2 scaled, and made 0.23 hierarchies a
+    /// step instead of 0.43; with a new hierarchy each step it is 9.0 and 3.4.
     pub fn fit(&mut self, free: &[bool], diagonal: &[f64], inverse_density: f64) {
         assert_eq!(free.len(), self.made_free.len(), "a hierarchy serves the particles that it was made for");
         self.closed.clear();
@@ -141,8 +147,9 @@ impl<const D: usize> PressurePreconditioner<D> {
     }
 }
 
-/// Row `a` of the structure's part of the operator, summed: what the structure's `yields` under a constant pressure of one take up of the
-/// divergence (m³/kg/m²). A row that is negative, of a particle among others that press from both sides, counts as zero, so that the matrix stays positive.
+/// Row `a` of the structure's part of the operator, summed: what the structure's `yields` under a constant
+/// pressure of one take up of the divergence (m³/kg/m²). A row that is negative, of a particle among others
+/// that press from both sides, counts as zero, so that the matrix stays positive.
 fn taken_up<const D: usize>(operator: &PressureOperator<'_, D>, yields: &[Vector<D>], a: usize) -> f64 {
     let list = &operator.neighbourhood.structure;
     let gradients = &operator.neighbourhood.structure_gradients[list.range(a)];

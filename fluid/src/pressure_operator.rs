@@ -1,14 +1,16 @@
 //! The operator of the pressure Poisson equation, in factored form.
 //!
-//! With the divergence `D_a u = Σ_b V (u_b − u_a)·∇W_ab + 2 Σ_w V_w (u_w − u_a)·∇W_aw + 2 Σ_s V_s (u_s − u_a)·∇W_as` and its transpose
-//! as force, the accelerations that a pressure causes are
+//! With the divergence
+//! `D_a u = Σ_b V (u_b − u_a)·∇W_ab + 2 Σ_w V_w (u_w − u_a)·∇W_aw + 2 Σ_s V_s (u_s − u_a)·∇W_as` and its
+//! transpose as force, the accelerations that a pressure causes are
 //!
 //! `a_a = −(1/ρ) [Σ_b V (p_a + p_b) ∇W_ab + 2 p_a Σ_w V_w ∇W_aw + 2 p_a Σ_s V_s ∇W_as]` in the fluid and
 //! `a_s = −(2/ρ_s) Σ_a V p_a ∇W_sa` in the structure,
 //!
-//! and `A p = D a(p)`, so that `V pᵀ A p` is the kinetic energy that the pressure's impulse over a unit of time carries (twice it):
-//! symmetric and never negative. Walls (and a structure without compliance) do not move. To `A` are added a share of the compact Laplacian
-//! `L p = (1/ρ) Σ_b stiffness_ab (p_a − p_b)`, a compressibility κ, and `A_aa (1/α − 1)`, which is Eq. (16) divided by its α.
+//! and `A p = D a(p)`, so that `V pᵀ A p` is the kinetic energy that the pressure's impulse over a unit of
+//! time carries (twice it): symmetric and never negative. Walls (and a structure without compliance) do not
+//! move. To `A` are added a share of the compact Laplacian `L p = (1/ρ) Σ_b stiffness_ab (p_a − p_b)`, a
+//! compressibility κ, and `A_aa (1/α − 1)`, which is Eq. (16) divided by its α.
 
 use crate::neighbourhood::{Neighbourhood, Pair};
 use rayon::prelude::*;
@@ -72,7 +74,8 @@ fn row_acceleration<const D: usize>(
     sum * -inverse_density
 }
 
-/// Accelerations of the fluid by pressure, `−(1/ρ) Σ (p_a + p_b) V∇W` with walls and structure at `2 p_a` (m/s²).
+/// Accelerations of the fluid by pressure, `−(1/ρ) Σ (p_a + p_b) V∇W` with walls and structure at `2 p_a`
+/// (m/s²).
 pub fn fluid_accelerations<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     own: &[Vector<D>],
@@ -88,7 +91,8 @@ pub fn fluid_accelerations<const D: usize>(
     });
 }
 
-/// The pressure gradient that loads the structure, `g_s = 2 Σ_a V p_a ∇W_sa` (Pa/m): the force on particle s is `−V_s g_s`.
+/// The pressure gradient that loads the structure, `g_s = 2 Σ_a V p_a ∇W_sa` (Pa/m): the force on particle s
+/// is `−V_s g_s`.
 pub fn structure_gradients<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     p: &[f64],
@@ -104,7 +108,8 @@ pub fn structure_gradients<const D: usize>(
     });
 }
 
-/// `D_a u` of every particle (1/s) for velocities of fluid, walls (`2 Σ V_w u_w·∇W_aw` given as `wall_rate`) and structure.
+/// `D_a u` of every particle (1/s) for velocities of fluid, walls (`2 Σ V_w u_w·∇W_aw` given as `wall_rate`)
+/// and structure.
 pub fn divergence<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     own: &[Vector<D>],
@@ -144,7 +149,8 @@ fn row_divergence<const D: usize>(
 }
 
 impl<const D: usize> PressureOperator<'_, D> {
-    /// `out = (A + share L + diagonal) p` on unknown pressures; `p` counts everywhere, zero where it is meant to.
+    /// `out = (A + share L + diagonal) p` on unknown pressures; `p` counts everywhere, zero where it is meant
+    /// to.
     pub fn apply(&self, p: &[f64], out: &mut [f64], scratch: &mut OperatorScratch<D>) {
         let neighbourhood = self.neighbourhood;
         let list = &neighbourhood.fluid;

@@ -28,7 +28,8 @@ pub struct ProbeValue<const D: usize> {
 /// The fluid in a box, taken as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body<const D: usize> {
-    /// Where it begins along each axis (m), half a spacing before its first particle; the box's highest corner without fluid.
+    /// Where it begins along each axis (m), half a spacing before its first particle; the box's highest
+    /// corner without fluid.
     pub low: Vector<D>,
     /// Where it ends (m); the box's lowest corner without fluid.
     pub high: Vector<D>,
@@ -68,8 +69,9 @@ impl<const D: usize> Fluid<D> {
         body
     }
 
-    /// Departure of the pressure from `ρ g·(r − level)`, over the greatest of it: its largest magnitude and its root mean square, of all
-    /// particles deeper than one spacing below the point `level` (m). Zero without any.
+    /// Departure of the pressure from `ρ g·(r − level)`, over the greatest of it: its largest magnitude and
+    /// its root mean square, of all particles deeper than one spacing below the point `level` (m). Zero
+    /// without any.
     pub fn hydrostatic_error(&self, state: &State<D>, level: &Vector<D>) -> [f64; 2] {
         let weight = self.properties.gravity * self.properties.density;
         let first_layer = weight.norm() * self.properties.spacing;
@@ -91,8 +93,8 @@ impl<const D: usize> Fluid<D> {
         Probe { state, kernel: self.kernel, grid: CellGrid::new(&state.positions, self.kernel.support()) }
     }
 
-    /// Force (N) of the fluid on a named part of the walls in the last step: pressure, contact and friction, and its part of what no pair explains
-    /// ([`WallForces::lay`](crate::interface_load::WallForces::lay)).
+    /// Force (N) of the fluid on a named part of the walls in the last step: pressure, contact and friction,
+    /// and its part of what no pair explains ([`WallForces::lay`](crate::interface_load::WallForces::lay)).
     pub fn wall_force(&self, name: &str) -> Option<Vector<D>> {
         self.walls
             .part(name)
@@ -106,7 +108,8 @@ impl<const D: usize> Fluid<D> {
 }
 
 impl<const D: usize> Probe<'_, D> {
-    /// Weighted least squares of a linear field, `Σ W (f_b − f(r))² → min`; the mean where neighbours do not span the space.
+    /// Weighted least squares of a linear field, `Σ W (f_b − f(r))² → min`; the mean where neighbours do not
+    /// span the space.
     pub fn at(&self, point: &Vector<D>) -> ProbeValue<D> {
         let positions = &self.state.positions;
         let (mut weight, mut lean) = (0.0, Vector::<D>::zeros());
@@ -121,7 +124,8 @@ impl<const D: usize> Probe<'_, D> {
         if weight == 0.0 {
             return ProbeValue { pressure: 0.0, velocity: Vector::zeros(), wet: false };
         }
-        // The value at r of the fitted field is Σ W (1 − l·(r_b − r)) f_b / Σ W (1 − l·(r_b − r)) with spread·l = lean.
+        // The value at r of the fitted field is Σ W (1 − l·(r_b − r)) f_b / Σ W (1 − l·(r_b − r)) with
+        // spread·l = lean.
         let h = self.kernel.smoothing_length();
         let spanned = tensor::smallest_eigenvalue(&spread) > 0.02 * weight * h * h;
         let slope = if spanned {

@@ -1,4 +1,5 @@
-//! Loops over the rows of a neighbour list that fill one entry a pair and one entry a row, in parallel without allocation.
+//! Loops over the rows of a neighbour list that fill one entry a pair and one entry a row, in parallel
+//! without allocation.
 
 use sph::neighbours::NeighbourList;
 

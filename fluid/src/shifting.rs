@@ -55,7 +55,8 @@ pub fn shifts<const D: usize>(input: &ShiftingInput<'_, D>, options: &Options, o
     });
 }
 
-/// `R_a = Σ (r̄/r)² r_ab/|r_ab|` over everything around, Eqs. (22)–(23); `n_ab` points from b to a, so that particles part.
+/// `R_a = Σ (r̄/r)² r_ab/|r_ab|` over everything around, Eqs. (22)–(23); `n_ab` points from b to a, so that
+/// particles part.
 fn scattering<const D: usize>(input: &ShiftingInput<'_, D>, a: usize) -> Vector<D> {
     let n = input.neighbourhood;
     let at = input.positions[a];
@@ -76,8 +77,9 @@ fn scattering<const D: usize>(input: &ShiftingInput<'_, D>, a: usize) -> Vector<
     sum * (mean * mean)
 }
 
-/// Eq. (27) for particles that have structure within reach: the shift's part along the structure's normal, `δ_n`, becomes
-/// `δ_n + d (exp(−|δ_n|/|d|) − 1)` with `|d| = ζ/(2 C |R_n|)` of Eq. (29), kept within Eq. (30).
+/// Eq. (27) for particles that have structure within reach: the shift's part along the structure's normal,
+/// `δ_n`, becomes `δ_n + d (exp(−|δ_n|/|d|) − 1)` with `|d| = ζ/(2 C |R_n|)` of Eq. (29), kept within Eq.
+/// (30).
 ///
 /// `d` takes the sign of `δ_n`; with the sign as printed, shifts towards the structure would double.
 fn relocate<const D: usize>(input: &ShiftingInput<'_, D>, coefficient: f64, a: usize, shift: &mut Vector<D>) {

@@ -30,7 +30,8 @@ pub struct FluidProperties<const D: usize> {
     pub periodic: [bool; D],
 }
 
-/// The fluid solver: what does not change, and memory for a step. It remembers nothing from step to step; all memory is in [`State`].
+/// The fluid solver: what does not change, and memory for a step. It remembers nothing from step to step; all
+/// memory is in [`State`].
 pub struct Fluid<const D: usize> {
     pub(crate) properties: FluidProperties<D>,
     pub(crate) options: Options,
@@ -47,7 +48,8 @@ pub struct Fluid<const D: usize> {
 }
 
 impl<const D: usize> Fluid<D> {
-    /// A fluid between walls and interface particles; `initial` sets the scale of velocity (`√(gH)`) when the options give none.
+    /// A fluid between walls and interface particles; `initial` sets the scale of velocity (`√(gH)`) when the
+    /// options give none.
     ///
     /// # Errors
     /// [`Error::Setting`] for values that cannot be.
@@ -140,8 +142,8 @@ impl<const D: usize> Fluid<D> {
         self.reference_velocity
     }
 
-    /// The longest stable step (s) from `state` at `time` (s): Eq. (49) with the fastest of fluid, structure and walls that move in the step, growth,
-    /// viscosity (`h²/8ν`).
+    /// The longest stable step (s) from `state` at `time` (s): Eq. (49) with the fastest of fluid, structure
+    /// and walls that move in the step, growth, viscosity (`h²/8ν`).
     pub fn stable_step(&self, state: &State<D>, time: f64, structure_velocities: &[Vector<D>]) -> f64 {
         let h = self.smoothing_length();
         let fastest = parallel::max(state.len(), self.reference_velocity, |a| state.velocities[a].norm());

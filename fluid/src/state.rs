@@ -30,8 +30,8 @@ impl SurfaceClass {
     }
 }
 
-/// Everything the next step depends on. Particle `i` is the same in all arrays; a step may remove particles and rearrange them
-/// (see [`order`](crate::order)), never add any.
+/// Everything the next step depends on. Particle `i` is the same in all arrays; a step may remove particles
+/// and rearrange them (see [`order`](crate::order)), never add any.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct State<const D: usize> {
     /// Number of each particle in the initial state, which stays with it.
@@ -50,8 +50,8 @@ pub struct State<const D: usize> {
     pub position_potentials: Vec<f64>,
     /// Length (s) of the step that led here; zero at the start.
     pub last_dt: f64,
-    /// Energy (J) by which the fluid stands above the least that it had so far, works of walls and structure taken out: what
-    /// [`velocity_correction`](crate::velocity_correction) has given it too much.
+    /// Energy (J) by which the fluid stands above the least that it had so far, works of walls and structure
+    /// taken out: what [`velocity_correction`](crate::velocity_correction) has given it too much.
     pub energy_excess: f64,
     /// The preconditioner that the next step takes; a new one where there is none.
     pub hierarchy: Option<Hierarchy<D>>,
@@ -124,7 +124,8 @@ impl<const D: usize> State<D> {
         self.hierarchy = None;
     }
 
-    /// Places of the particles in the order of their numbers: for whatever is to be seen in the order of the start.
+    /// Places of the particles in the order of their numbers: for whatever is to be seen in the order of the
+    /// start.
     pub fn by_id(&self) -> Vec<u32> {
         let mut places: Vec<u32> = (0..self.len() as u32).collect();
         places.sort_unstable_by_key(|&a| self.ids[a as usize]);

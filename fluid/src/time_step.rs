@@ -1,5 +1,5 @@
-//! One time step of the fluid: the algorithm, a line a stage. The stages themselves are in the files below this one, in their order:
-//! `assembly`, `prediction`, `solves`, `velocity`, `motion`.
+//! One time step of the fluid: the algorithm, a line a stage. The stages themselves are in the files below
+//! this one, in their order: `assembly`, `prediction`, `solves`, `velocity`, `motion`.
 
 mod assembly;
 mod motion;
@@ -68,7 +68,8 @@ pub(crate) struct Scratch<const D: usize> {
     predicted_structure: Vec<Vector<D>>,
     confidence: Vec<f64>,
     position_shifts: Vec<Vector<D>>,
-    /// What one stage makes and uses up itself: viscous accelerations, then the difference that Eq. (18) makes, then shifts.
+    /// What one stage makes and uses up itself: viscous accelerations, then the difference that Eq. (18)
+    /// makes, then shifts.
     passing: Vec<Vector<D>>,
     contact_impulses: Vec<Vector<D>>,
     pub(crate) wall_forces: WallForces<D>,
@@ -85,11 +86,13 @@ impl<const D: usize> Scratch<D> {
 }
 
 impl<const D: usize> Fluid<D> {
-    /// Advances `accepted` by `dt` (s) into `trial`, memory of `trial` used again. `time` (s) says where walls that move are. Nothing but
-    /// `accepted`, `time`, `dt` and `structure` decides the result: calling twice gives the same bits.
+    /// Advances `accepted` by `dt` (s) into `trial`, memory of `trial` used again. `time` (s) says where
+    /// walls that move are. Nothing but `accepted`, `time`, `dt` and `structure` decides the result: calling
+    /// twice gives the same bits.
     ///
     /// # Errors
-    /// [`Error::NotFinite`], [`Error::InterfaceLength`] for what came in or out, [`Error::Solve`] when a pressure solve failed.
+    /// [`Error::NotFinite`], [`Error::InterfaceLength`] for what came in or out, [`Error::Solve`] when a
+    /// pressure solve failed.
     pub fn step(
         &mut self,
         accepted: &State<D>,
@@ -98,11 +101,13 @@ impl<const D: usize> Fluid<D> {
         structure: &InterfaceInput<'_, D>,
         trial: &mut State<D>,
     ) -> Result<StepReport<D>, Error> {
-        // Into the pool once a step: from outside, each of its hundred passes would wait for a worker to wake up and for its answer.
+        // Into the pool once a step: from outside, each of its hundred passes would wait for a worker to wake
+        // up and for its answer.
         rayon::scope(|_| self.step_watched(accepted, time, dt, structure, trial, |_| ()))
     }
 
-    /// [`step`](Self::step) that tells `done` of each stage when it is over, for whoever measures what the stages cost.
+    /// [`step`](Self::step) that tells `done` of each stage when it is over, for whoever measures what the
+    /// stages cost.
     ///
     /// # Errors
     /// Those of [`step`](Self::step).
@@ -145,7 +150,8 @@ impl<const D: usize> Fluid<D> {
         Ok(report)
     }
 
-    /// Residuals of the last solve, one a particle, as the equations have them; where a solve failed, this shows it.
+    /// Residuals of the last solve, one a particle, as the equations have them; where a solve failed, this
+    /// shows it.
     pub fn solve_residual(&self) -> &[f64] {
         self.scratch.solver.residual()
     }

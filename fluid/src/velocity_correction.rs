@@ -1,11 +1,13 @@
-//! From pressure to velocity: the symmetric gradient, that of Eq. (18), and as much of the second as energy allows.
+//! From pressure to velocity: the symmetric gradient, that of Eq. (18), and as much of the second as energy
+//! allows.
 
 use crate::neighbourhood::Neighbourhood;
 use crate::walls::Walls;
 use rayon::prelude::*;
 use sph::{Matrix, Vector, parallel};
 
-/// How much of Eq. (18) a particle may take by its surroundings: none where neighbours are one-sided, none next to the structure.
+/// How much of Eq. (18) a particle may take by its surroundings: none where neighbours are one-sided, none
+/// next to the structure.
 ///
 /// `clamp((λ_min − 0.3)/0.2)` with the smallest eigenvalue of the inverse of `B`.
 pub fn confidence<const D: usize>(
@@ -22,7 +24,8 @@ pub fn confidence<const D: usize>(
     );
 }
 
-/// Takes the share of Eq. (18) from particles beside walls that move: its `p_w` knows nothing of their acceleration.
+/// Takes the share of Eq. (18) from particles beside walls that move: its `p_w` knows nothing of their
+/// acceleration.
 pub fn none_beside_moving_walls<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     walls: &Walls<D>,
@@ -39,7 +42,8 @@ pub fn none_beside_moving_walls<const D: usize>(
     }
 }
 
-/// Accelerations (m/s²) by Eq. (18), `−(1/ρ) Σ V (p_b − p_a) B∇W`, with `p_w = p_a − ρ g·r_aw` on walls and structure.
+/// Accelerations (m/s²) by Eq. (18), `−(1/ρ) Σ V (p_b − p_a) B∇W`, with `p_w = p_a − ρ g·r_aw` on walls and
+/// structure.
 pub fn corrected_accelerations<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     corrections: &[(Matrix<D>, f64)],
@@ -61,24 +65,27 @@ pub fn corrected_accelerations<const D: usize>(
     });
 }
 
-/// Largest share of the reference energy `M u_ref²` by which the total energy may come to stand above the least it had: half of a thousandth of
-/// the potential energy `½ M g H` of water H high.
+/// Largest share of the reference energy `M u_ref²` by which the total energy may come to stand above the
+/// least it had: half of a thousandth of the potential energy `½ M g H` of water H high.
 const EXCESS: f64 = 2.5e-4;
 
 /// Share of the energy excess that a step's budget is shortened by, times the strictness.
 pub const RETURNED: f64 = 0.1;
 
-/// Kinetic energy over `M u_ref²` from which on the budget counts in full: a tank at rest keeps 3e-4, a dam that has run against the far wall over 0.07.
+/// Kinetic energy over `M u_ref²` from which on the budget counts in full: a tank at rest keeps 3e-4, a dam
+/// that has run against the far wall over 0.07.
 const MOVING: f64 = 0.01;
 
-/// How strictly the budget of [`admissible_share`] counts, 0 to 1, from the energy (J) that the fluid stands above the least it had, its kinetic
-/// energy (J), and `M u_ref²` (J).
+/// How strictly the budget of [`admissible_share`] counts, 0 to 1, from the energy (J) that the fluid stands
+/// above the least it had, its kinetic energy (J), and `M u_ref²` (J).
 ///
-/// The pressure's own work is always counted. The time integration's error, `½ Δt m Σ g·(u − u*)` for displacements with the mean of old and new
-/// velocity, is counted the more the nearer the excess comes to its limit. Counted never, it lets a dam break gain 0.44 % of its energy while its
-/// jet falls back from the far wall (Δx = width/20, 2 s; 0.04 % as it is here). Counted at rest, it leaves nothing to spend: a tank whose jittered start
-/// has been lifted by 0.07 % of its depth then keeps 3 J of noise instead of 0.02 J, so it does not count where there is no motion. Displacements that
-/// are not the velocity's lift the fluid too: of the excess, [`RETURNED`] is taken out of the budget each step.
+/// The pressure's own work is always counted. The time integration's error, `½ Δt m Σ g·(u − u*)` for
+/// displacements with the mean of old and new velocity, is counted the more the nearer the excess comes to
+/// its limit. Counted never, it lets a dam break gain 0.44 % of its energy while its jet falls back from the
+/// far wall (Δx = width/20, 2 s; 0.04 % as it is here). Counted at rest, it leaves nothing to spend: a tank
+/// whose jittered start has been lifted by 0.07 % of its depth then keeps 3 J of noise instead of 0.02 J, so
+/// it does not count where there is no motion. Displacements that are not the velocity's lift the fluid too:
+/// of the excess, [`RETURNED`] is taken out of the budget each step.
 pub fn strictness(excess: f64, kinetic_energy: f64, scale: f64) -> f64 {
     if scale > 0.0 {
         (excess / (EXCESS * scale)).clamp(0.0, 1.0) * (kinetic_energy / (MOVING * scale)).min(1.0)
@@ -87,11 +94,12 @@ pub fn strictness(excess: f64, kinetic_energy: f64, scale: f64) -> f64 {
     }
 }
 
-/// Largest share θ ≤ 1 of the change `difference` (m/s) to velocities `u` for which the kinetic energy (J) rises by no more than `budget`
-/// (J, not positive beyond rounding: less than what the symmetric gradient took).
+/// Largest share θ ≤ 1 of the change `difference` (m/s) to velocities `u` for which the kinetic energy (J)
+/// rises by no more than `budget` (J, not positive beyond rounding: less than what the symmetric gradient
+/// took).
 ///
-/// `½ m Σ |u + θ d|² − ½ m Σ |u|² − θ m Σ f·d = m θ Σ (u − f)·d + ½ m θ² Σ d² ≤ budget`, where `f` (m/s) is what potential energy takes of it: the
-/// strictness times `½ Δt g`.
+/// `½ m Σ |u + θ d|² − ½ m Σ |u|² − θ m Σ f·d = m θ Σ (u − f)·d + ½ m θ² Σ d² ≤ budget`, where `f` (m/s) is
+/// what potential energy takes of it: the strictness times `½ Δt g`.
 pub fn admissible_share<const D: usize>(
     mass: f64,
     u: &[Vector<D>],

@@ -1,11 +1,14 @@
 //! Viscous accelerations: laminar, sub-particle-scale (10) and between approaching particles.
 //!
-//! Both operators are Laplacians of each component, among fluid particles: at a free surface they leave `∂u/∂n = 0`, not a stress of zero. Where the surface's own
-//! dissipation counts, it is too small: a standing wave on a very viscous oil (ν = 1e-2 m²/s, H = 1 m, λ = 2 m, 20 and 40 particles in depth) loses height by 0.07 to 0.10 1/s more than water does,
-//! about the `νk²` = 0.10 1/s of `∂u/∂n = 0`; with zero stress it is `2νk²` = 0.20 1/s (Lamb 1932 § 348).
+//! Both operators are Laplacians of each component, among fluid particles: at a free surface they leave
+//! `∂u/∂n = 0`, not a stress of zero. Where the surface's own dissipation counts, it is too small: a standing
+//! wave on a very viscous oil (ν = 1e-2 m²/s, H = 1 m, λ = 2 m, 20 and 40 particles in depth) loses height by
+//! 0.07 to 0.10 1/s more than water does, about the `νk²` = 0.10 1/s of `∂u/∂n = 0`; with zero stress it is
+//! `2νk²` = 0.20 1/s (Lamb 1932 § 348).
 //!
-//! The step's limit `h²/8ν` counts the laminar viscosity and that between approaching particles. The sub-particle-scale one cannot reach it first: `ν_t = (c_s h)² √(2 ε:ε)` with `c_s = 0.1` and rates
-//! of strain up to `2u/Δx` allows steps of `6 Δx/u`, twenty times those of Eq. (49).
+//! The step's limit `h²/8ν` counts the laminar viscosity and that between approaching particles. The
+//! sub-particle-scale one cannot reach it first: `ν_t = (c_s h)² √(2 ε:ε)` with `c_s = 0.1` and rates of
+//! strain up to `2u/Δx` allows steps of `6 Δx/u`, twenty times those of Eq. (49).
 
 use crate::correction::second_derivative_correction;
 use crate::neighbourhood::Neighbourhood;
@@ -31,7 +34,8 @@ pub struct ViscousInput<'a, const D: usize> {
     pub approach_viscosity: f64,
 }
 
-/// Corrected velocity gradient of particle `a`, Eq. (2): entry (i, j) is `∂u_i/∂x_j` (1/s), over fluid neighbours.
+/// Corrected velocity gradient of particle `a`, Eq. (2): entry (i, j) is `∂u_i/∂x_j` (1/s), over fluid
+/// neighbours.
 pub fn velocity_gradient<const D: usize>(input: &ViscousInput<'_, D>, a: usize) -> Matrix<D> {
     let list = &input.neighbourhood.fluid;
     let mut sum = Matrix::zeros();
@@ -47,7 +51,8 @@ pub fn eddy_viscosity<const D: usize>(gradient: &Matrix<D>, smagorinsky: f64, fi
     (smagorinsky * filter_width).powi(2) * (2.0 * strain.norm_squared()).sqrt()
 }
 
-/// Viscous accelerations (m/s²) among fluid particles; `viscosities` is memory, and holds those of the particles (m²/s) afterwards.
+/// Viscous accelerations (m/s²) among fluid particles; `viscosities` is memory, and holds those of the
+/// particles (m²/s) afterwards.
 pub fn accelerations<const D: usize>(
     input: &ViscousInput<'_, D>,
     options: &Options,
@@ -89,7 +94,8 @@ pub fn accelerations<const D: usize>(
 
 /// Eq. (13), the corrected Laplacian (4), (6), (7): `B̂ : Σ 2V e ∇W ν_ab ((u_a − u_b)/|r_ab| − e·∇u)`.
 ///
-/// Deviation: Eq. (13) as printed carries `μ_ab = ρ_a ν_a + ρ_b ν_b` without the mean's half against the 2 of Eq. (4); here `ν_ab` is the mean and the 2 stands.
+/// Deviation: Eq. (13) as printed carries `μ_ab = ρ_a ν_a + ρ_b ν_b` without the mean's half against the 2 of
+/// Eq. (4); here `ν_ab` is the mean and the 2 stands.
 fn fitted_laplacian<const D: usize>(input: &ViscousInput<'_, D>, viscosities: &[f64], a: usize) -> Vector<D> {
     let list = &input.neighbourhood.fluid;
     let pairs = &input.neighbourhood.fluid_pairs[list.range(a)];

@@ -1,7 +1,8 @@
 //! Walls that move by a prescribed law: a gate that lifts, a tank that rolls.
 //!
-//! The law is a number over time: a distance (m) along a direction, or an angle (rad) about a pivot. A wall's particles and its shape are where the law puts them
-//! at the start of a step, and meet the fluid with their mean velocity over it.
+//! The law is a number over time: a distance (m) along a direction, or an angle (rad) about a pivot. A wall's
+//! particles and its shape are where the law puts them at the start of a step, and meet the fluid with their
+//! mean velocity over it.
 
 use sph::{Matrix, Vector};
 
@@ -17,8 +18,8 @@ pub enum Law {
         /// Phase (rad).
         phase: f64,
     },
-    /// Pairs of time (s) and value, times growing: a cubic between two of them, with the mean slope of both sides at each (Catmull and Rom 1974),
-    /// so that the velocity is continuous; constant before and after.
+    /// Pairs of time (s) and value, times growing: a cubic between two of them, with the mean slope of both
+    /// sides at each (Catmull and Rom 1974), so that the velocity is continuous; constant before and after.
     Table(Vec<[f64; 2]>),
 }
 
@@ -126,7 +127,8 @@ mod tests {
         for (t, value) in [(-1.0, 0.0), (0.0, 0.0), (1.0, 2.0), (2.0, 3.0), (4.0, 3.0), (9.0, 3.0)] {
             assert!((law.at(t) - value).abs() < 1e-15, "{t}");
         }
-        // Slopes 0 at the first row and (3 − 0)/2 at the second: 2 (3/4 − 2/8) + 1.5 (1/8 − 1/4) + ... by hand at the middle.
+        // Slopes 0 at the first row and (3 − 0)/2 at the second: 2 (3/4 − 2/8) + 1.5 (1/8 − 1/4) + ... by
+        // hand at the middle.
         assert!((law.at(0.5) - (2.0 * 0.5 - 1.5 * 0.125)).abs() < 1e-15);
         let slope = |t: f64| (law.at(t + 1e-6) - law.at(t - 1e-6)) / 2e-6;
         assert!((slope(1.0) - 1.5).abs() < 1e-5 && slope(0.0).abs() < 1e-5);

@@ -25,7 +25,8 @@ pub enum WallShape<const D: usize> {
         /// Highest coordinates.
         high: Vector<D>,
     },
-    /// Straight pieces from point to point (m), solid on one side (two dimensions only); closed when the last point is the first.
+    /// Straight pieces from point to point (m), solid on one side (two dimensions only); closed when the last
+    /// point is the first.
     Polyline {
         /// The points.
         points: Vec<Vector<D>>,
@@ -54,7 +55,8 @@ pub struct Walls<const D: usize> {
     pub parts: Vec<WallPart<D>>,
     /// Particle positions (m), at the time of [`Walls::move_to`].
     pub positions: Vec<Vector<D>>,
-    /// Particle velocities (m/s), surfaces that slide along themselves included; the mean of the step of [`Walls::move_to`].
+    /// Particle velocities (m/s), surfaces that slide along themselves included; the mean of the step of
+    /// [`Walls::move_to`].
     pub velocities: Vec<Vector<D>>,
     /// Particle volumes (m³).
     pub volumes: Vec<f64>,
@@ -72,7 +74,8 @@ pub struct Walls<const D: usize> {
     dt: f64,
 }
 
-/// A point on a surface: signed distance to it (m, negative inside the solid) and the direction away from the solid.
+/// A point on a surface: signed distance to it (m, negative inside the solid) and the direction away from the
+/// solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint<const D: usize> {
     /// Distance (m).
@@ -82,10 +85,12 @@ pub struct SurfacePoint<const D: usize> {
 }
 
 impl<const D: usize> Walls<D> {
-    /// Fills the parts with particles about `spacing` (m) apart, as deep as `support` (m). Where parts overlap, the earlier one fills.
+    /// Fills the parts with particles about `spacing` (m) apart, as deep as `support` (m). Where parts
+    /// overlap, the earlier one fills.
     ///
     /// # Errors
-    /// [`Error::Setting`] for a box turned inside out, a polyline of fewer than two distinct points or one in three dimensions.
+    /// [`Error::Setting`] for a box turned inside out, a polyline of fewer than two distinct points or one in
+    /// three dimensions.
     pub fn new(parts: Vec<WallPart<D>>, spacing: f64, support: f64) -> Result<Self, Error> {
         let (mut positions, mut volumes, mut part_of) = (Vec::new(), Vec::new(), Vec::new());
         for (index, part) in parts.iter().enumerate() {
@@ -166,12 +171,14 @@ impl<const D: usize> Walls<D> {
         self.grid = CellGrid::new(&self.positions, self.grid.radius());
     }
 
-    /// The longest step (s), `dt` at most, from `time` (s) in which no particle of a wall that moves goes farther than `reach` (m) from where it was.
+    /// The longest step (s), `dt` at most, from `time` (s) in which no particle of a wall that moves goes
+    /// farther than `reach` (m) from where it was.
     pub fn longest_step(&self, time: f64, mut dt: f64, reach: f64) -> f64 {
         if !self.moves() {
             return dt;
         }
-        // A law may turn back within the step: its quarters are looked at too. Each round takes a tenth at least; laws are continuous.
+        // A law may turn back within the step: its quarters are looked at too. Each round takes a tenth at
+        // least; laws are continuous.
         for _ in 0..100 {
             let gone =
                 (1..=4).map(|k| self.farthest(time, time + 0.25 * f64::from(k) * dt)).fold(0.0, f64::max);
@@ -207,7 +214,8 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// Mean velocity (m/s) over the step of the point of a part that is at `point` (m); sliding along itself does not count.
+    /// Mean velocity (m/s) over the step of the point of a part that is at `point` (m); sliding along itself
+    /// does not count.
     pub fn motion_at(&self, part: usize, point: &Vector<D>) -> Vector<D> {
         match &self.poses[part] {
             None => Vector::zeros(),
@@ -244,7 +252,8 @@ impl<const D: usize> WallShape<D> {
                 best
             }
             Self::Polyline { points, solid } => {
-                // At a corner two pieces are equally near; the one that the point stands more squarely before has the right sign.
+                // At a corner two pieces are equally near; the one that the point stands more squarely before
+                // has the right sign.
                 let mut best = (f64::INFINITY, 0.0, Vector::zeros());
                 for piece in points.windows(2) {
                     let along = piece[1] - piece[0];
@@ -277,7 +286,8 @@ fn fluid_side<const D: usize>(along: &Vector<D>, solid: Side) -> Vector<D> {
     }
 }
 
-/// Rows of particles behind each piece, lengthened or shortened at the corners so that they meet on the mitre.
+/// Rows of particles behind each piece, lengthened or shortened at the corners so that they meet on the
+/// mitre.
 fn fill_polyline<const D: usize>(
     points: &[Vector<D>],
     solid: Side,

@@ -93,7 +93,8 @@ fn a_gate_that_lifts_lets_the_water_out_beneath_it() {
     });
     let front = run.state.positions.iter().map(|r| r.x).fold(0.0, f64::max);
     assert!(front > 0.3, "{front}");
-    // The gate slides along the water without friction, and what it gives is not counted as the fluid's own: measured 0.0033, ten particles wide.
+    // The gate slides along the water without friction, and what it gives is not counted as the fluid's own:
+    // measured 0.0033, ten particles wide.
     let scale = 0.5 * 1000.0 * 9.81 * 0.1 * 0.2 * 0.2;
     assert!(excess < 5e-3 * scale, "{excess} of {scale}");
 }
@@ -113,7 +114,8 @@ fn a_step_with_a_wall_that_moves_repeats_to_the_bit() {
     assert!(first.to_bytes() == second.to_bytes());
 }
 
-/// A piston far faster than anything else in the tank: no step lets it go farther than fluid may, not the one in which it starts either.
+/// A piston far faster than anything else in the tank: no step lets it go farther than fluid may, not the one
+/// in which it starts either.
 #[test]
 fn a_step_is_short_enough_for_walls_that_move() {
     let dx = 0.01;
@@ -127,7 +129,8 @@ fn a_step_is_short_enough_for_walls_that_move() {
         let dt = run.fluid.stable_step(&run.state, time, &[]);
         let gone = (law.at(time + dt) - law.at(time)).abs();
         assert!(gone <= farthest, "{gone} in {dt} from {time}");
-        // Never shorter than the fastest motion asks for (the cubic may be a half faster than its rows), with the tenth that a round takes.
+        // Never shorter than the fastest motion asks for (the cubic may be a half faster than its rows), with
+        // the tenth that a round takes.
         assert!(dt > 0.9 * farthest / (1.5 * speed), "{dt} at {time}");
     }
     // Before and after, the walls rest and the fluid alone counts.
@@ -136,8 +139,8 @@ fn a_step_is_short_enough_for_walls_that_move() {
     assert!(run.fluid.stable_step(&run.state, 0.12, &[]) < 0.2 * at_rest);
 }
 
-/// Oils in a periodic square of 10 cm, 20 particles a side: a layer of shear, u = U sin(ky), decays by `ν k²`, with what the sub-particle-scale viscosity
-/// `(c_s h)² |∂u/∂y|` adds to it.
+/// Oils in a periodic square of 10 cm, 20 particles a side: a layer of shear, u = U sin(ky), decays by
+/// `ν k²`, with what the sub-particle-scale viscosity `(c_s h)² |∂u/∂y|` adds to it.
 #[test]
 fn oil_is_as_viscous_as_it_is() {
     let (dx, side) = (0.005, 0.1);
@@ -182,13 +185,15 @@ fn oil_is_as_viscous_as_it_is() {
         // Mean of |cos|³ over that of cos²: what the sub-particle-scale viscosity takes beside the laminar.
         let mean = 8.0 / (3.0 * std::f64::consts::PI);
         let added = (0.12 * dx).powi(2) * k * reynolds * viscosity / side * mean / viscosity;
-        // Measured 0.94 and 0.95 of it: the gradient on 20 particles a wavelength, and the layer has decayed by up to a tenth.
+        // Measured 0.94 and 0.95 of it: the gradient on 20 particles a wavelength, and the layer has decayed
+        // by up to a tenth.
         let ratio = (with - without) / exact / added;
         assert!((ratio - 1.0).abs() < 0.1, "Re {reynolds}: {ratio}");
     }
 }
 
-/// A tank that rolls by 5° about the middle of its bed: nothing is lost, and the surface stays level while the tank tilts.
+/// A tank that rolls by 5° about the middle of its bed: nothing is lost, and the surface stays level while
+/// the tank tilts.
 #[test]
 fn a_tank_that_rolls_keeps_its_water() {
     let dx = 0.02;
@@ -212,8 +217,8 @@ fn a_tank_that_rolls_keeps_its_water() {
             let own = pose.at_rest(r);
             assert!(own.x > 0.0 && own.x < width && own.y > 0.0, "{own} is in a wall at {time}");
         }
-        // At the greatest tilt (counter-clockwise) the water has run to the tank's left by H tan(angle) W²/12H of its own frame, 6 mm, and more
-        // as it is in motion.
+        // At the greatest tilt (counter-clockwise) the water has run to the tank's left by H tan(angle)
+        // W²/12H of its own frame, 6 mm, and more as it is in motion.
         if (time - 0.5).abs() < 0.02 {
             let mean = state.positions.iter().map(|r| pose.at_rest(r).x).sum::<f64>() / state.len() as f64;
             let level = 0.5 * width - law.at(time).tan() * width * width / (12.0 * height);
@@ -224,7 +229,8 @@ fn a_tank_that_rolls_keeps_its_water() {
     assert!(tilted > 0);
 }
 
-/// Between plates, driven by a body force through periodic sides: the parabola of Poiseuille, whatever the viscosity.
+/// Between plates, driven by a body force through periodic sides: the parabola of Poiseuille, whatever the
+/// viscosity.
 #[test]
 fn flow_between_plates_is_poiseuille_s_parabola() {
     for viscosity in [1.0, 1e-4] {
@@ -261,12 +267,14 @@ fn flow_between_plates_is_poiseuille_s_parabola() {
             .map(|(r, u)| (u.x - exact(r.y)).powi(2) + u.y.powi(2))
             .sum();
         let rms = (square / run.state.len() as f64).sqrt() / top_speed;
-        // Measured 0.018 with 20 particles between the plates; 0.080 with wall particles at the wall's own velocity.
+        // Measured 0.018 with 20 particles between the plates; 0.080 with wall particles at the wall's own
+        // velocity.
         assert!(rms < 0.03, "{viscosity}: {rms}");
     }
 }
 
-/// Vortices that decay in a periodic square, 20 particles a side, Re = 10: nothing but viscosity takes their energy.
+/// Vortices that decay in a periodic square, 20 particles a side, Re = 10: nothing but viscosity takes their
+/// energy.
 #[test]
 fn vortices_decay_by_viscosity_in_a_periodic_square() {
     let (dx, viscosity) = (0.05, 0.1);
@@ -338,6 +346,7 @@ fn a_dam_breaks_in_three_dimensions() {
         }
     });
     assert!(highest < 1.001 * start, "{highest} of {start}");
-    // Martin and Moyce: T = 0.3 √(2g/a) = 1.88 at Z = 2.17, which is 1.09; coarse as it is, between 1.0 and 1.35.
+    // Martin and Moyce: T = 0.3 √(2g/a) = 1.88 at Z = 2.17, which is 1.09; coarse as it is, between 1.0 and
+    // 1.35.
     assert!(front > 1.0 && front < 1.35, "{front}");
 }

@@ -1,4 +1,5 @@
-//! The pressure Poisson equation against a direct solve: the operator written out as a dense matrix and factorised.
+//! The pressure Poisson equation against a direct solve: the operator written out as a dense matrix and
+//! factorised.
 
 use fluid::Preconditioner;
 use fluid::conjugate_gradients::{self, Limits};
@@ -10,7 +11,8 @@ use sph::Vector;
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 
-/// A jittered pool 24 × 14 on a wall, its top row of known pressure, with a share of (16) in the diagonal of the row below.
+/// A jittered pool 24 × 14 on a wall, its top row of known pressure, with a share of (16) in the diagonal of
+/// the row below.
 #[test]
 fn conjugate_gradients_agree_with_a_dense_factorisation() {
     let mut seed = 5u64;

@@ -73,7 +73,8 @@ fn solve_wide<const D: usize>(model: &mut Model<D>, tolerance: f64) -> Outcome {
     solve(|p, out| model.operator(0.1, p, out), apply, &b, &mut x, limits, &mut Scratch::default())
 }
 
-/// Measured: 15 and 19 in the tank, 14 and 17 in the dam break, 16 in the cube; two more are allowed for other layouts.
+/// Measured: 15 and 19 in the tank, 14 and 17 in the dam break, 16 in the cube; two more are allowed for
+/// other layouts.
 #[test]
 fn iterations_hardly_grow_on_the_compact_laplacian() {
     for (what, model, bound) in [
@@ -112,8 +113,8 @@ fn iterations_hardly_grow_on_the_wide_operator() {
     }
 }
 
-/// `⟨Bx, y⟩ = ⟨x, By⟩` to rounding, `⟨Bx, x⟩ > 0`, and `B(x + y) = Bx + By`. The cycle's sums of at most some hundred terms of
-/// mixed sign lose four digits of sixteen at worst.
+/// `⟨Bx, y⟩ = ⟨x, By⟩` to rounding, `⟨Bx, x⟩ > 0`, and `B(x + y) = Bx + By`. The cycle's sums of at most some
+/// hundred terms of mixed sign lose four digits of sixteen at worst.
 #[test]
 fn the_preconditioner_is_linear_symmetric_and_positive_definite() {
     let model = models::dam_break(8_000);
@@ -141,7 +142,8 @@ fn the_preconditioner_is_linear_symmetric_and_positive_definite() {
     }
 }
 
-/// The dense inverse is the preconditioner where there is one level only, and the limit of the iteration where there are more.
+/// The dense inverse is the preconditioner where there is one level only, and the limit of the iteration
+/// where there are more.
 #[test]
 fn solutions_are_those_of_a_dense_solve() {
     for count in [1, 2, 7, 90, 300] {
@@ -247,7 +249,8 @@ fn results_are_the_same_to_the_bit_for_any_number_of_threads() {
     assert_eq!(one, with(5));
 }
 
-/// Kept aggregates serve a changed matrix: the same to the bit for the same one, and right for one whose values have changed.
+/// Kept aggregates serve a changed matrix: the same to the bit for the same one, and right for one whose
+/// values have changed.
 #[test]
 fn an_update_keeps_the_aggregates() {
     let model = models::tank(6_000);

@@ -69,7 +69,8 @@ fn block<const D: usize>(side: usize, jitter: f64) -> Block<D> {
     Block { neighbourhood, fluid, structure }
 }
 
-/// Work of the pressure's force on any motion is its transpose: `Σ m a·u + Σ m_s a_s·u_s = Σ V p D u` with walls at rest.
+/// Work of the pressure's force on any motion is its transpose: `Σ m a·u + Σ m_s a_s·u_s = Σ V p D u` with
+/// walls at rest.
 fn force_is_the_transpose_of_the_divergence<const D: usize>(side: usize) {
     let Block { neighbourhood, fluid, structure } = block::<D>(side, 0.2);
     let mut random = Random(3);
@@ -193,7 +194,8 @@ fn corrected_gradients_are_exact_for_linear_fields<const D: usize>(side: usize) 
     let slope = Vector::<D>::from_fn(|i, _| 1.0 + i as f64);
     let mut checked = 0;
     for a in 0..fluid.len() {
-        // Linear fields over the fluid alone need the correction of the fluid alone: where there is nothing else around.
+        // Linear fields over the fluid alone need the correction of the fluid alone: where there is nothing
+        // else around.
         let alone = neighbourhood.walls.of(a).is_empty() && neighbourhood.structure.of(a).is_empty();
         if !alone || corrections[a].1 < 0.25 {
             continue;

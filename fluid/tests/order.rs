@@ -8,7 +8,8 @@ type V = Vector<2>;
 
 const DX: f64 = 0.02;
 
-/// A column about to collapse in a tank, its particles listed in the lattice's order or in none, each with the number that it has in the lattice.
+/// A column about to collapse in a tank, its particles listed in the lattice's order or in none, each with
+/// the number that it has in the lattice.
 fn column(shuffled: bool, options: Options) -> (Fluid<2>, State<2>) {
     let lattice = Lattice::<2>::fill_box(V::zeros(), [0.3, 0.6].into(), DX);
     let positions = jittered(lattice.positions.clone(), 0.1 * DX, 7);

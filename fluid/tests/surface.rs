@@ -38,7 +38,8 @@ fn detect<const D: usize>(points: &[Vector<D>]) -> (Neighbourhood<D>, Surface<D>
     (neighbourhood, surface)
 }
 
-/// The second layer of a block, whose `∇·r/D` is 0.02 below the threshold, comes onto the surface from 0.04 below only, and has not left it yet.
+/// The second layer of a block, whose `∇·r/D` is 0.02 below the threshold, comes onto the surface from 0.04
+/// below only, and has not left it yet.
 #[test]
 fn a_particle_comes_onto_the_surface_later_than_off_it() {
     let points = Lattice::<2>::fill_box(Vector::zeros(), [10.0, 10.0].into(), 1.0).positions;
@@ -103,7 +104,8 @@ fn normals_of_a_flat_surface_are_square_to_it() {
     assert!(divergence(0.5, 9.5) < 0.45, "{}", divergence(0.5, 9.5));
 }
 
-/// In a half space of fine grain (fifty particles to `h`, in three dimensions ten), `∇·r/D` tells how deep a particle is.
+/// In a half space of fine grain (fifty particles to `h`, in three dimensions ten), `∇·r/D` tells how deep a
+/// particle is.
 #[test]
 fn the_divergence_of_position_tells_the_depth_under_a_flat_surface() {
     fn found<const D: usize>(depth: f64, grain: f64) -> f64 {
@@ -127,7 +129,8 @@ fn the_divergence_of_position_tells_the_depth_under_a_flat_surface() {
 fn the_half_layer_outside_weighs_as_in_a_wave_or_as_it_is_accelerated() {
     let g = 9.81;
     let carried = |by_pressure: f64| surface_offset::carried(g, by_pressure * g, g) / g;
-    // Quiet: gravity. A fifth further, half way; from two fifths on what accelerates it, which is nothing in free fall and counts up to 2 g.
+    // Quiet: gravity. A fifth further, half way; from two fifths on what accelerates it, which is nothing in
+    // free fall and counts up to 2 g.
     for (by_pressure, expected) in
         [(1.0, 1.0), (1.2, 1.0), (0.8, 1.0), (0.7, 0.8), (0.6, 0.6), (1.4, 1.4), (0.0, 0.0), (9.0, 2.0)]
     {

@@ -89,7 +89,8 @@ fn a_step_that_tears_repeats_to_the_bit_after_a_restart_and_for_any_number_of_th
     assert_eq!(after(1), after(2));
 }
 
-/// Who is torn: pressed too little and parting, or torn before and still parting; never where the pressure is known or has no level.
+/// Who is torn: pressed too little and parting, or torn before and still parting; never where the pressure is
+/// known or has no level.
 #[test]
 fn what_parts_under_tension_is_torn_until_it_closes() {
     // In a row, each within reach of the next ones only.

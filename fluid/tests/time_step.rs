@@ -181,7 +181,8 @@ fn projection_never_adds_energy() {
     }
 }
 
-/// With the symmetric gradient alone all forces come in pairs: gravity, walls and structure explain the momentum to rounding.
+/// With the symmetric gradient alone all forces come in pairs: gravity, walls and structure explain the
+/// momentum to rounding.
 #[test]
 fn momentum_is_accounted_to_rounding_and_the_reaction_is_the_load() {
     let mut case = tank(0.3, 0.3, 0.3, 0.02, 0.1, 0.3).with_structure(300.0);
@@ -196,8 +197,8 @@ fn momentum_is_accounted_to_rounding_and_the_reaction_is_the_load() {
             }
         }
     });
-    // The default blends Eq. (18) in, but not beside the structure: load and reaction still agree. Without Eqs. (27)–(30), which let
-    // particles come so near to the structure that nearly every step has a contact.
+    // The default blends Eq. (18) in, but not beside the structure: load and reaction still agree. Without
+    // Eqs. (27)–(30), which let particles come so near to the structure that nearly every step has a contact.
     let mut case = tank(0.3, 0.3, 0.3, 0.02, 0.0, 0.0).with_structure(300.0);
     let mut fluid = case.fluid(Options { interface_shifting: false, ..Options::default() });
     let mut checked = 0;
@@ -221,7 +222,8 @@ fn a_tank_stays_quiet_with_the_hydrostatic_pressure() {
     let weight = V::from([0.0, -500.0 * 9.81]);
     let mut before = V::zeros();
     run(&mut case, &mut fluid, 2.0, |time, fluid, state, report| {
-        // The forces on the walls are what the fluid's momentum says, to the rounding of sums over some thousand pairs: Σ F = M g − dP/dt.
+        // The forces on the walls are what the fluid's momentum says, to the rounding of sums over some
+        // thousand pairs: Σ F = M g − dP/dt.
         let on_walls = ["bed", "left", "right"].map(|name| fluid.wall_force(name).unwrap());
         let sum: V = on_walls.iter().sum();
         let balance = sum + (report.momentum - before) / report.dt - weight;
@@ -235,10 +237,12 @@ fn a_tank_stays_quiet_with_the_hydrostatic_pressure() {
         let rms = (square / state.len() as f64).sqrt() / (9810.0 * height);
         // Measured 0.0005 to 0.006 of ρgH.
         assert!(rms < 0.01, "pressure at {time}: {rms}");
-        // No particle deeper than the first layer has the surface's pressure: drawn towards zero as Eq. (16) has it, one lacked 0.05.
+        // No particle deeper than the first layer has the surface's pressure: drawn towards zero as Eq. (16)
+        // has it, one lacked 0.05.
         let [largest, _] = fluid.hydrostatic_error(state, &v(0.0, height));
         worst = worst.max(largest);
-        // Measured 0.02 J (0.01 m/s, half of g Δt) with single surface particles at times at 0.1 J; the water could fall with 2450 J.
+        // Measured 0.02 J (0.01 m/s, half of g Δt) with single surface particles at times at 0.1 J; the water
+        // could fall with 2450 J.
         assert!(report.kinetic_energy < 0.5, "{}", report.kinetic_energy);
         assert!(report.mean_density_error.abs() < 1e-3);
         force += fluid.wall_force("bed").unwrap().y;
@@ -246,7 +250,8 @@ fn a_tank_stays_quiet_with_the_hydrostatic_pressure() {
     });
     assert_eq!((case.state.left, case.state.lost), (0, 0));
     assert!(worst < 0.03, "{worst}");
-    // The bed carries the weight of 500 kg, but for what the corners' particles lean on the sides (measured 0.991).
+    // The bed carries the weight of 500 kg, but for what the corners' particles lean on the sides (measured
+    // 0.991).
     let carried = force / f64::from(steps) / weight.y;
     assert!((carried - 0.991).abs() < 0.01, "{carried}");
     let centroid = case.state.positions.iter().map(|r| r.y).sum::<f64>() / case.state.len() as f64;
@@ -275,7 +280,8 @@ fn a_dam_breaks_without_loss_and_without_gaining_energy() {
     assert_eq!(case.state.lost, 0);
     // The bound: 0.1 % of the start.
     assert!(highest < 1.001 * potential, "{}", highest / potential);
-    // Martin and Moyce: Z = 2.35 at t√(2g/a) = 2.0, which is 0.45 s; this fluid leads by a constant 0.2 in that unit: 2.57 at width/20.
+    // Martin and Moyce: Z = 2.35 at t√(2g/a) = 2.0, which is 0.45 s; this fluid leads by a constant 0.2 in
+    // that unit: 2.57 at width/20.
     assert!(front > 2.3 && front < 2.8, "{front}");
 }
 
@@ -377,7 +383,8 @@ fn a_structure_under_still_water_carries_its_weight() {
     }
 }
 
-/// A suddenly loaded spring swings to twice its rest. A relaxed load, always late, damps more: measured 1.89 times its rest.
+/// A suddenly loaded spring swings to twice its rest. A relaxed load, always late, damps more: measured 1.89
+/// times its rest.
 #[test]
 fn a_light_plate_met_at_its_end_velocity_swings_with_the_added_mass() {
     light_plate_under_heavy_water(StructureVelocity::End, 0.5, 1.89);
@@ -389,8 +396,8 @@ fn a_light_plate_met_at_its_mean_velocity_swings_with_the_added_mass() {
     light_plate_under_heavy_water(StructureVelocity::Mean, 1.0, 1.90);
 }
 
-/// A plate on a spring under water nine times its mass, its compliance in the solve, windows of 1/500 of its period: stable, with the
-/// right period, and a lowest position of `swing` times its rest.
+/// A plate on a spring under water nine times its mass, its compliance in the solve, windows of 1/500 of its
+/// period: stable, with the right period, and a lowest position of `swing` times its rest.
 fn light_plate_under_heavy_water(structure_velocity: StructureVelocity, relaxation: f64, swing: f64) {
     let dx = 0.1;
     let mut case = tank(1.0, 1.0, 1.0, dx, 0.0, 0.0);
@@ -438,7 +445,8 @@ fn light_plate_under_heavy_water(structure_velocity: StructureVelocity, relaxati
     }
     assert_eq!(case.state.lost, 0);
     assert!((lowest / (swing * rest) - 1.0).abs() < 0.05, "{}", lowest / rest);
-    // Error of the exchange about (ωΔt)² (added mass/mass) = 0.0014, of the discretisation (H/Δx = 10) the rest; measured 0.500 s.
+    // Error of the exchange about (ωΔt)² (added mass/mass) = 0.0014, of the discretisation (H/Δx = 10) the
+    // rest; measured 0.500 s.
     let measured = (crossings[crossings.len() - 1] - crossings[0]) / (crossings.len() - 1) as f64;
     assert!((measured / period - 1.0).abs() < 0.03, "{measured} in {crossings:?}");
 }

@@ -1,9 +1,11 @@
 //! How long the exchange of a window takes between three processes whose participants do nothing.
 //!
-//! `cargo run --release -p interfaces --example exchange [POINTS…]` starts itself twice more, as a structure that gives position and
-//! velocity (4N doubles in two dimensions) and as a fluid that gives the pressure gradient (2N), and prints the median, the 10th and
-//! the 99th percentile of the time per window, in µs, beside a copy of the same bytes within one process. Fields are checked for values
-//! that are not finite on both sides of each leg, as in a run. With `VERBOSE` in the environment it prints what the connections count.
+//! `cargo run --release -p interfaces --example exchange [POINTS…]` starts itself twice more, as a structure
+//! that gives position and velocity (4N doubles in two dimensions) and as a fluid that gives the pressure
+//! gradient (2N), and prints the median, the 10th and the 99th percentile of the time per window, in µs,
+//! beside a copy of the same bytes within one process. Fields are checked for values that are not finite on
+//! both sides of each leg, as in a run. With `VERBOSE` in the environment it prints what the connections
+//! count.
 
 use interfaces::{
     Address, Deadlines, Description, Direction, Expectations, Fields, Guarded, Participant, ParticipantError,

@@ -5,7 +5,8 @@ use pulp::NullaryFnOnce;
 use std::mem::MaybeUninit;
 use thiserror::Error;
 
-/// The arrays of one direction of a participant, one a port, each `points × components` doubles, point by point.
+/// The arrays of one direction of a participant, one a port, each `points × components` doubles, point by
+/// point.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fields {
     ports: Vec<Port>,
@@ -46,7 +47,8 @@ pub enum FieldError {
 }
 
 impl Fields {
-    /// Zeroed arrays for those of `ports` that have the direction, in their order; `points` stands in where a port names no number.
+    /// Zeroed arrays for those of `ports` that have the direction, in their order; `points` stands in where a
+    /// port names no number.
     pub fn new(ports: &[Port], direction: Direction, points: usize) -> Self {
         let ports: Vec<Port> = ports
             .iter()
@@ -82,7 +84,8 @@ impl Fields {
         self.ports.iter().zip(self.arrays.iter_mut().map(Vec::as_mut_slice))
     }
 
-    /// Copies from `other` every field whose name stands on both sides and whose port is `wanted`; lengths must agree.
+    /// Copies from `other` every field whose name stands on both sides and whose port is `wanted`; lengths
+    /// must agree.
     pub fn copy_from(&mut self, other: &Self, wanted: impl Fn(&Port) -> bool) -> Result<(), FieldError> {
         for (port, array) in self.ports.iter().zip(&mut self.arrays) {
             if !wanted(port) {
@@ -98,7 +101,8 @@ impl Fields {
         Ok(())
     }
 
-    /// Exchanges the array of the port of that name with `values`, which are as many; says whether there is such a port.
+    /// Exchanges the array of the port of that name with `values`, which are as many; says whether there is
+    /// such a port.
     ///
     /// A field that is already where it belongs is lent for a call in this way, and nothing is copied.
     pub fn swap(&mut self, name: &str, values: &mut Vec<f64>) -> bool {
@@ -140,7 +144,8 @@ pub fn wrong_length(port: &Port, found: usize) -> FieldError {
     }
 }
 
-/// Copies the array of `port`, and refuses values that are not finite on the way, naming the first. Both are of one length.
+/// Copies the array of `port`, and refuses values that are not finite on the way, naming the first. Both are
+/// of one length.
 pub(crate) fn take_finite(port: &Port, from: &[f64], to: &mut [f64]) -> Result<(), FieldError> {
     let finite = pulp::Arch::new().dispatch(
         #[inline(always)]
@@ -185,7 +190,8 @@ fn not_finite(port: &Port, array: &[f64]) -> Result<(), FieldError> {
     })
 }
 
-/// A field that goes linearly over a window, read at any fraction of it; nothing is stored of what it is there.
+/// A field that goes linearly over a window, read at any fraction of it; nothing is stored of what it is
+/// there.
 #[derive(Clone, Copy, Debug)]
 pub struct Linear<'a> {
     start: &'a [f64],
@@ -244,8 +250,8 @@ impl NullaryFnOnce for PartialSums<'_> {
     }
 }
 
-/// Whether no value is infinite or not a number. Without a branch for each value it runs at the speed of memory, which matters: every field is
-/// checked wherever it crosses.
+/// Whether no value is infinite or not a number. Without a branch for each value it runs at the speed of
+/// memory, which matters: every field is checked wherever it crosses.
 fn all_finite(array: &[f64]) -> bool {
     pulp::Arch::new().dispatch(
         #[inline(always)]
@@ -253,8 +259,8 @@ fn all_finite(array: &[f64]) -> bool {
     )
 }
 
-/// The highest bit is set where the value is infinite or not a number, and only there. Those have an exponent with all bits set, and adding one to it
-/// carries into the sign's place.
+/// The highest bit is set where the value is infinite or not a number, and only there. Those have an exponent
+/// with all bits set, and adding one to it carries into the sign's place.
 #[inline(always)]
 fn overflown(value: f64) -> u64 {
     const EXPONENT: u64 = f64::INFINITY.to_bits();

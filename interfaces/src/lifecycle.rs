@@ -42,7 +42,8 @@ pub enum Call {
     Terminate,
 }
 
-/// The table: a call, the states in which it is legal, the state it leads to, and what should have come first.
+/// The table: a call, the states in which it is legal, the state it leads to, and what should have come
+/// first.
 pub const LEGAL: &[(Call, &[State], State, &str)] = &[
     (Call::Initialize, &[State::Created], State::Ready, "a participant is initialised once"),
     (
@@ -143,7 +144,8 @@ impl Lifecycle {
         }
     }
 
-    /// Whether this window may be started now: the call is legal, the number is the next one, the iteration newer than the last, the size positive.
+    /// Whether this window may be started now: the call is legal, the number is the next one, the iteration
+    /// newer than the last, the size positive.
     pub fn check_window(&self, window: &TimeWindow) -> Result<(), ParticipantError> {
         self.check(Call::Start)?;
         let wrong = |what: String| Err(ParticipantError::WrongWindow { window: window.index, what });
@@ -181,8 +183,9 @@ impl Lifecycle {
     }
 }
 
-/// A participant behind the table: calls out of order, wrong windows and fields that are not finite are refused before they reach it,
-/// and what it gives is checked before it is passed on. Illegal calls leave it as it was; failed calls, panics among them, break it for good.
+/// A participant behind the table: calls out of order, wrong windows and fields that are not finite are
+/// refused before they reach it, and what it gives is checked before it is passed on. Illegal calls leave it
+/// as it was; failed calls, panics among them, break it for good.
 pub struct Guarded<P> {
     inner: P,
     life: Lifecycle,

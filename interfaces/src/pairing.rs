@@ -8,8 +8,9 @@ const FROM_COUPLER: [&str; 2] = [names::HELD_PRESSURE_GRADIENT, names::START_PRE
 
 /// What does not fit between two participants, one line each with both sides' values; empty where they fit.
 ///
-/// Every port that one takes is paired with the port of that name which the other gives. A required port that nobody gives is a
-/// mismatch; `held_pressure_gradient` and `start_pressure_gradient` are given by the coupler. What is given and not taken is no mismatch: the coupler may want it.
+/// Every port that one takes is paired with the port of that name which the other gives. A required port that
+/// nobody gives is a mismatch; `held_pressure_gradient` and `start_pressure_gradient` are given by the
+/// coupler. What is given and not taken is no mismatch: the coupler may want it.
 pub fn compare(a: &Description, b: &Description) -> Vec<String> {
     let mut mismatches = Vec::new();
     if a.dimension != b.dimension {

@@ -6,9 +6,10 @@
 //! describe → initialize → { start → finish (again: start → finish) … → accept } … → terminate
 //! ```
 //!
-//! - `start` and `finish` are apart so that participants can work at the same time without threads in the coupler.
-//! - Every `start` solves its window **from the last accepted state**: solving again needs no roll-back ritual, and gives the same
-//!   result to the bit for the same input.
+//! - `start` and `finish` are apart so that participants can work at the same time without threads in the
+//!   coupler.
+//! - Every `start` solves its window **from the last accepted state**: solving again needs no roll-back
+//!   ritual, and gives the same result to the bit for the same input.
 //! - Time is the coupler's: a participant takes it from the window.
 //! - A participant whose call failed is broken for good; all it can do is `terminate`.
 
@@ -47,7 +48,8 @@ pub struct Scalar {
     pub kind: ScalarKind,
 }
 
-/// Name of a scalar by which a participant asks for the end of the run: it ends, in order, with the first accepted window of which this is not zero.
+/// Name of a scalar by which a participant asks for the end of the run: it ends, in order, with the first
+/// accepted window of which this is not zero.
 pub const END_REQUESTED: &str = "end_requested";
 
 /// Where a scalar is recorded.
@@ -109,8 +111,9 @@ pub trait Participant {
     /// What it is and exchanges.
     fn describe(&self) -> &Description;
 
-    /// Takes the constant fields and the initial values of the others at time `start` (s), and gives its own. A structure is initialised
-    /// first, with zero loads; the fluid then takes the structure's constants and initial motion.
+    /// Takes the constant fields and the initial values of the others at time `start` (s), and gives its own.
+    /// A structure is initialised first, with zero loads; the fluid then takes the structure's constants and
+    /// initial motion.
     fn initialize(
         &mut self,
         start: f64,
@@ -118,17 +121,19 @@ pub trait Participant {
         outputs: &mut Fields,
     ) -> Result<Readiness, ParticipantError>;
 
-    /// Whether it refuses values that are not finite itself, in the fields it takes by `start`, which then leave it as it was, and in those it gives by
-    /// `finish`. Whoever copies the fields anyway checks them at no cost on the way, and [`crate::Guarded`] does not go over them again.
+    /// Whether it refuses values that are not finite itself, in the fields it takes by `start`, which then
+    /// leave it as it was, and in those it gives by `finish`. Whoever copies the fields anyway checks them at
+    /// no cost on the way, and [`crate::Guarded`] does not go over them again.
     fn refuses_not_finite(&self) -> bool {
         false
     }
 
-    /// Begins to solve the window from the last accepted state. Does not wait for the solution where another process solves.
+    /// Begins to solve the window from the last accepted state. Does not wait for the solution where another
+    /// process solves.
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError>;
 
-    /// Waits for the solution begun by `start`: the fields that are exchanged every window, whole, whatever stood there, and a report. Constant fields are
-    /// left as they are.
+    /// Waits for the solution begun by `start`: the fields that are exchanged every window, whole, whatever
+    /// stood there, and a report. Constant fields are left as they are.
     fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError>;
 
     /// The last solution is final. With a number, the participant writes its snapshot of that number.
@@ -179,7 +184,8 @@ impl<P: Participant + ?Sized> Participant for Box<P> {
     }
 }
 
-/// Why a call on a participant failed. Every variant says what its message needs; the coupler adds role, window and time.
+/// Why a call on a participant failed. Every variant says what its message needs; the coupler adds role,
+/// window and time.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum ParticipantError {
     /// A call out of order.

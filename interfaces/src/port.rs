@@ -11,17 +11,18 @@ pub enum Quantity {
     Position,
     /// Velocity of an interface point.
     Velocity,
-    /// Pressure gradient at a structure particle: the fluid's load. The particle of reference volume `V` feels the force `−V ∇p`,
-    /// its acceleration is `−∇p/ρ` (Eq. (48) of the paper).
+    /// Pressure gradient at a structure particle: the fluid's load. The particle of reference volume `V`
+    /// feels the force `−V ∇p`, its acceleration is `−∇p/ρ` (Eq. (48) of the paper).
     PressureGradient,
     /// Pressure at an interface point.
     Pressure,
-    /// What the fluid received from a structure particle: force on the fluid divided by the particle's reference volume.
-    /// Condition (46) asks that its normal part equal that of the pressure gradient.
+    /// What the fluid received from a structure particle: force on the fluid divided by the particle's
+    /// reference volume. Condition (46) asks that its normal part equal that of the pressure gradient.
     PairReaction,
     /// Unit normal out of the structure; zero for a particle without an exposed side.
     Normal,
-    /// Volume of an interface particle in the reference configuration (two dimensions: for one metre of depth).
+    /// Volume of an interface particle in the reference configuration (two dimensions: for one metre of
+    /// depth).
     ReferenceVolume,
     /// Density of an interface particle in the reference configuration.
     Density,
@@ -29,7 +30,8 @@ pub enum Quantity {
     Displacement,
     /// Force on an interface point that stands for no volume, such as the vertex of a boundary mesh.
     Force,
-    /// Facet of a boundary mesh: the numbers of its vertices among the interface points, as many as there are dimensions.
+    /// Facet of a boundary mesh: the numbers of its vertices among the interface points, as many as there are
+    /// dimensions.
     Facet,
 }
 
@@ -103,7 +105,8 @@ pub enum Exchange {
     EveryWindow,
 }
 
-/// One field at the interface points of a participant. On the wire it is `points × components` doubles, point by point.
+/// One field at the interface points of a participant. On the wire it is `points × components` doubles, point
+/// by point.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Port {
     /// Name, unique in its participant and direction; fields are paired by it.
@@ -120,7 +123,8 @@ pub struct Port {
     pub direction: Direction,
     /// Once or every window.
     pub exchange: Exchange,
-    /// For a field taken: whether the participant cannot do without it. What is not required and not given stays zero.
+    /// For a field taken: whether the participant cannot do without it. What is not required and not given
+    /// stays zero.
     pub required: bool,
 }
 
@@ -156,7 +160,8 @@ impl Port {
     }
 }
 
-/// Names of the ports that the meniscus solvers and their stand-ins use. All are optional to give; see `docs/protocol.md` for which side needs which.
+/// Names of the ports that the meniscus solvers and their stand-ins use. All are optional to give; see
+/// `docs/protocol.md` for which side needs which.
 pub mod names {
     /// Structure → fluid: position of the interface particles.
     pub const POSITION: &str = "position";
@@ -176,15 +181,18 @@ pub mod names {
     pub const NORMAL: &str = "normal";
     /// Coupler → fluid: the pressure gradient under which the structure was predicted.
     pub const HELD_PRESSURE_GRADIENT: &str = "held_pressure_gradient";
-    /// Coupler → structure: the load at the window's start, from which it goes linearly to [`PRESSURE_GRADIENT`] at the end.
+    /// Coupler → structure: the load at the window's start, from which it goes linearly to
+    /// [`PRESSURE_GRADIENT`] at the end.
     pub const START_PRESSURE_GRADIENT: &str = "start_pressure_gradient";
     /// A fluid with points of its own → coupler, once: where they are at the start.
     pub const OWN_POSITION: &str = "own_position";
     /// Coupler → a fluid with points of its own: their displacement since then.
     pub const DISPLACEMENT: &str = "displacement";
-    /// Coupler → a structure with points of its own: the force on each. A fluid with points of its own → coupler: the same of its points.
+    /// Coupler → a structure with points of its own: the force on each. A fluid with points of its own →
+    /// coupler: the same of its points.
     pub const FORCE: &str = "force";
-    /// Coupler → a structure with points of its own: the force on each at the window's start, from which it goes linearly to [`FORCE`].
+    /// Coupler → a structure with points of its own: the force on each at the window's start, from which it
+    /// goes linearly to [`FORCE`].
     pub const START_FORCE: &str = "start_force";
     /// A structure with points of its own → coupler, once: the facets of its boundary.
     pub const FACETS: &str = "facets";

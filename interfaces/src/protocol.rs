@@ -1,8 +1,9 @@
 //! The messages between the coupler and a participant: what they mean and where their bytes are.
 //!
-//! A message is a [`MessageHeader`] and a payload of doubles. The payload is, in this order, `scalars` doubles, the fields of the
-//! message, and `text_bytes` bytes of text padded to whole doubles. `docs/protocol.md` is the same in prose, with offsets, for those
-//! who write a participant in another language; [`VERSION`] counts its changes.
+//! A message is a [`MessageHeader`] and a payload of doubles. The payload is, in this order, `scalars`
+//! doubles, the fields of the message, and `text_bytes` bytes of text padded to whole doubles.
+//! `docs/protocol.md` is the same in prose, with offsets, for those who write a participant in another
+//! language; [`VERSION`] counts its changes.
 
 use crate::fields::{FieldError, put_finite, take_finite};
 use crate::{Description, Exchange, Fields, Readiness, SubSteps, TimeWindow, WindowReport};
@@ -12,8 +13,8 @@ use std::fmt;
 use std::mem::MaybeUninit;
 use thiserror::Error;
 
-/// Version of the protocol. The first 64 bits of the header (version and kind) stay what they are in every version, so that two
-/// versions can tell each other apart.
+/// Version of the protocol. The first 64 bits of the header (version and kind) stay what they are in every
+/// version, so that two versions can tell each other apart.
 pub const VERSION: u32 = 1;
 
 /// What [`MessageHeader::snapshot`] says where no snapshot is asked for.
@@ -29,7 +30,8 @@ pub enum Kind {
     Welcome = 2,
     /// Coupler → participant: the handshake does not fit. Text: one line a mismatch.
     Refused = 3,
-    /// Request. Scalars: number of points of each port taken, then of each port given. Fields: all that are taken.
+    /// Request. Scalars: number of points of each port taken, then of each port given. Fields: all that are
+    /// taken.
     Initialize = 4,
     /// Answer to `Initialize`. Scalars: as described. Fields: all that are given.
     Ready = 5,
@@ -95,7 +97,8 @@ pub struct MessageHeader {
     pub sub_steps: u32,
     /// Offset 32: time (s) at the start of the window (`Start`), of the run (`Initialize`).
     pub time: f64,
-    /// Offset 40: size (s) of the window (`Start`); largest next window that can be solved (`Ready`, `Solved`).
+    /// Offset 40: size (s) of the window (`Start`); largest next window that can be solved (`Ready`,
+    /// `Solved`).
     pub size: f64,
     /// Offset 48: wall time (s) of the participant's own work (`Solved`).
     pub compute_seconds: f64,
@@ -223,7 +226,8 @@ impl Selection {
         fields.total(|exchange| self.admits(exchange))
     }
 
-    /// Copies the payload's fields, in the order of their ports, and refuses values that are not finite on the way.
+    /// Copies the payload's fields, in the order of their ports, and refuses values that are not finite on
+    /// the way.
     pub fn read(self, payload: &[f64], fields: &mut Fields) -> Result<(), ReadError> {
         let expected = self.total(fields);
         if payload.len() != expected {
@@ -294,8 +298,8 @@ impl<'a> Payload<'a> {
         self.len() == 0
     }
 
-    /// Writes it into memory for [`Payload::len`] doubles, and refuses fields with values that are not finite on the way. Every double of `into` has
-    /// been written where there is no error.
+    /// Writes it into memory for [`Payload::len`] doubles, and refuses fields with values that are not finite
+    /// on the way. Every double of `into` has been written where there is no error.
     pub fn write(&self, into: &mut [MaybeUninit<f64>]) -> Result<(), FieldError> {
         assert_eq!(into.len(), self.len(), "memory is laid out for the payload");
         let (scalars, mut rest) = into.split_at_mut(self.scalars.len());

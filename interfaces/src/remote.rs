@@ -28,8 +28,9 @@ pub struct Listening<S: Service = ipc::Service> {
     deadlines: Deadlines,
 }
 
-/// A participant in another process. It asks that process and checks the form of what comes back, and that all fields that cross are finite; put it behind
-/// [`crate::Guarded`], as any other participant, for the order of calls.
+/// A participant in another process. It asks that process and checks the form of what comes back, and that
+/// all fields that cross are finite; put it behind [`crate::Guarded`], as any other participant, for the
+/// order of calls.
 ///
 /// Dropped without [`Participant::terminate`], it tells the process that nothing more is wanted.
 pub struct RemoteParticipant<S: Service = ipc::Service> {
@@ -65,8 +66,8 @@ impl<S: Service> Listening<S> {
         Ok(Self { connection, address: address.clone(), expectations, deadlines })
     }
 
-    /// Waits for the participant and shakes hands. `alive` says how its process ended, where the caller started one; it is asked
-    /// about twenty times a second in this and all later waits.
+    /// Waits for the participant and shakes hands. `alive` says how its process ended, where the caller
+    /// started one; it is asked about twenty times a second in this and all later waits.
     pub fn wait_for_hello(mut self, alive: Alive) -> Result<RemoteParticipant<S>, ParticipantError> {
         let during = || "while connecting".to_owned();
         self.connection.watch(alive);
@@ -128,7 +129,8 @@ impl<S: Service> Listening<S> {
 }
 
 impl<S: Service> RemoteParticipant<S> {
-    /// What went through the connection, seen from here and kept up to date; stays readable after the participant has moved into a box.
+    /// What went through the connection, seen from here and kept up to date; stays readable after the
+    /// participant has moved into a box.
     pub fn meter(&self) -> Rc<Cell<Traffic>> {
         self.connection.meter()
     }
@@ -184,8 +186,8 @@ impl<S: Service> RemoteParticipant<S> {
         }
     }
 
-    /// Ends the connection after an error, so that nobody waits for another deadline. A run that is interrupted may still end its
-    /// participants in order.
+    /// Ends the connection after an error, so that nobody waits for another deadline. A run that is
+    /// interrupted may still end its participants in order.
     fn broken(&mut self, error: ParticipantError) -> ParticipantError {
         if !matches!(error, ParticipantError::Interrupted { .. }) {
             self.goodbye();
@@ -254,8 +256,8 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         Ok(report)
     }
 
-    /// Does not wait: what goes wrong in the other process is the answer to the next request. Without a snapshot to write, the
-    /// other process is not even woken, since the next request will do that.
+    /// Does not wait: what goes wrong in the other process is the answer to the next request. Without a
+    /// snapshot to write, the other process is not even woken, since the next request will do that.
     fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
         let (window, iteration) = self.window.take().map_or((0, 0), |w| (w.index, w.iteration));
         let during = || format!("while accepting window {window}");
@@ -280,7 +282,8 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         self.answer(Kind::Restored, during).map(drop)
     }
 
-    /// Ends the process in order. Where a call failed before, the connection has ended, and nothing is left to do.
+    /// Ends the process in order. Where a call failed before, the connection has ended, and nothing is left
+    /// to do.
     fn terminate(&mut self) -> Result<(), ParticipantError> {
         if self.ended {
             return Ok(());

@@ -30,8 +30,9 @@ pub enum ServeError {
 
 /// Serves the participant to the coupler at that address until it is terminated. Blocks for the whole run.
 ///
-/// `coupler` says how the coupler's process ended, where the caller knows it: nothing else tells of a coupler that ended before there was a
-/// connection. Errors and panics of the participant are told to the coupler and end the service. Nothing is printed.
+/// `coupler` says how the coupler's process ended, where the caller knows it: nothing else tells of a coupler
+/// that ended before there was a connection. Errors and panics of the participant are told to the coupler and
+/// end the service. Nothing is printed.
 pub fn serve(
     participant: &mut dyn Participant,
     address: &Address,
@@ -66,7 +67,8 @@ pub fn serve_over<S: Service>(
     };
     let ended = session.run(&mut connection, deadlines);
     if !matches!(ended, Ok(())) {
-        // The error that ended the session is the one to report; a participant that fails again on its way out adds nothing.
+        // The error that ended the session is the one to report; a participant that fails again on its way
+        // out adds nothing.
         let _ = caught(|| session.participant.terminate());
     }
     ended
@@ -125,7 +127,8 @@ struct Session<'a> {
     participant: &'a mut dyn Participant,
     description: Description,
     life: Lifecycle,
-    /// Whether the state was restored and no window started since: the next window says how many were accepted.
+    /// Whether the state was restored and no window started since: the next window says how many were
+    /// accepted.
     restored: bool,
     inputs: Fields,
     outputs: Fields,
@@ -307,8 +310,9 @@ impl Session<'_> {
     }
 }
 
-/// Stays until the coupler has our last message: connections form when the receiver looks, and what a sender that is gone had sent
-/// before is lost. Messages that were under way are ignored; a coupler that is gone wants no answer.
+/// Stays until the coupler has our last message: connections form when the receiver looks, and what a sender
+/// that is gone had sent before is lost. Messages that were under way are ignored; a coupler that is gone
+/// wants no answer.
 fn wait_for_goodbye<S: Service>(connection: &mut Connection<S>, deadlines: Deadlines) {
     let during = || "while leaving".to_owned();
     while connection

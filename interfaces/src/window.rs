@@ -12,7 +12,8 @@ pub enum SubSteps {
     Stable,
 }
 
-/// A span of time to solve. Windows are counted by the coupler, which alone keeps the time; a participant never adds up its own.
+/// A span of time to solve. Windows are counted by the coupler, which alone keeps the time; a participant
+/// never adds up its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TimeWindow {
     /// Number of the window: 0, 1, 2, …; the number of windows accepted before it.

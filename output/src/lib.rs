@@ -1,5 +1,5 @@
-//! The files a run leaves, and the report made from them. No solver and no transport is known here: solvers hand
-//! over flat slices, the coupler rows and sums.
+//! The files a run leaves, and the report made from them. No solver and no transport is known here: solvers
+//! hand over flat slices, the coupler rows and sums.
 //!
 //! | file in the run's folder | written with | content |
 //! |---|---|---|
@@ -8,8 +8,8 @@
 //! | `probes.csv` | [`Table`] | `t`, then `<probe>.<component>` |
 //! | `summary.json` | [`Summary`] | how the run ended, what it took, what was kept in balance |
 //!
-//! [`write_report`] makes `report.html` and `frames/*.png` of them; [`report`] says which names it looks for, and lends its plots and style to
-//! other pages.
+//! [`write_report`] makes `report.html` and `frames/*.png` of them; [`report`] says which names it looks for,
+//! and lends its plots and style to other pages.
 //!
 //! Start reading at [`vtu`] for snapshots, [`table`] and [`summary`] for numbers, [`report`] for the page.
 //!

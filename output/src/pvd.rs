@@ -28,8 +28,8 @@ pub struct SeriesEntry {
 
 impl Series {
     /// Starts the series `name` in `dir` (made if need be): writes an empty `dir/name.pvd`, the place of the
-    /// snapshots is `dir/name/`. Snapshots of an earlier run there are overwritten as this one reaches them, and
-    /// are out of the collection at once.
+    /// snapshots is `dir/name/`. Snapshots of an earlier run there are overwritten as this one reaches them,
+    /// and are out of the collection at once.
     ///
     /// # Errors
     /// [`crate::Error::Write`] if the folder cannot be made or the collection not be written.

@@ -2,7 +2,8 @@
 //!
 //! # What it looks for
 //!
-//! Whatever is not there leaves its part of the page out; what is there but cannot be read is named on the page.
+//! Whatever is not there leaves its part of the page out; what is there but cannot be read is named on the
+//! page.
 //!
 //! | file | what is used |
 //! |---|---|
@@ -49,12 +50,13 @@ use crate::summary::Summary;
 use crate::table::{self, Columns};
 use std::path::{Path, PathBuf};
 
-/// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png`, `dir/frames/structure.png` and `dir/frames/displacement.png` from what a run left in `dir`, and returns
-/// the report's path. Works on finished, killed and still running runs.
+/// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png`, `dir/frames/structure.png` and
+/// `dir/frames/displacement.png` from what a run left in `dir`, and returns the report's path. Works on
+/// finished, killed and still running runs.
 ///
 /// # Errors
-/// [`Error::NoRun`] if nothing of a run is there, [`Error::Write`] if the report cannot be written. Files that
-/// cannot be read are no error: the page names them.
+/// [`Error::NoRun`] if nothing of a run is there, [`Error::Write`] if the report cannot be written. Files
+/// that cannot be read are no error: the page names them.
 pub fn write_report(dir: &Path) -> Result<PathBuf> {
     const PARTS: [&str; 5] = ["summary.json", "windows.csv", "probes.csv", "fluid.pvd", "structure.pvd"];
     if !PARTS.iter().any(|name| dir.join(name).exists()) {

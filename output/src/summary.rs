@@ -10,15 +10,16 @@ use std::path::Path;
 /// Lists that are open to additions: any name, any JSON value.
 pub type Extra = BTreeMap<String, serde_json::Value>;
 
-/// Everything in `summary.json`. What a run does not know (a side it does not have, a run killed before it could
-/// measure) is left out. JSON has no word for not-a-number: such a value is written as `null` and reads back as
-/// not-a-number.
+/// Everything in `summary.json`. What a run does not know (a side it does not have, a run killed before it
+/// could measure) is left out. JSON has no word for not-a-number: such a value is written as `null` and reads
+/// back as not-a-number.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Summary {
     /// How the run ended.
     pub status: Status,
-    /// Why it did not reach its end time: for every status but `completed`, and for a run that a participant or a steady state ended.
+    /// Why it did not reach its end time: for every status but `completed`, and for a run that a participant
+    /// or a steady state ended.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
     /// Title of the case.
@@ -102,7 +103,8 @@ pub struct RoleUse {
     /// Time spent computing, in s.
     #[serde(deserialize_with = "null_as_nan")]
     pub compute_seconds: f64,
-    /// Time from its initialisation on in which it did not compute, in s: it waited for its turn and for messages.
+    /// Time from its initialisation on in which it did not compute, in s: it waited for its turn and for
+    /// messages.
     #[serde(deserialize_with = "null_as_nan")]
     pub wait_seconds: f64,
     /// `compute_seconds` as a fraction of the run's `wall_seconds`.
@@ -138,7 +140,8 @@ pub struct Residual {
 }
 
 impl Residual {
-    /// Maximum and root mean square of one value a window; both not-a-number if any value is, or there is none.
+    /// Maximum and root mean square of one value a window; both not-a-number if any value is, or there is
+    /// none.
     pub fn of(values: &[f64]) -> Self {
         // `fold` with `f64::max` would drop a not-a-number, which has to be seen.
         let max =

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 /// A table being written: one header, then rows of numbers.
 ///
 /// Rows are gathered and handed to the operating system in one call, [`Table::ROWS_PER_FLUSH`] at a time, on
-/// [`Table::flush`] and on drop, so that the file always ends with a whole row, also when this process is killed.
-/// (Only a full disk can cut a row; [`read`] leaves such a last row out.)
+/// [`Table::flush`] and on drop, so that the file always ends with a whole row, also when this process is
+/// killed. (Only a full disk can cut a row; [`read`] leaves such a last row out.)
 #[derive(Debug)]
 pub struct Table {
     path: PathBuf,
@@ -129,8 +129,8 @@ impl Columns {
 /// Reads a table. A last row that a kill cut short is left out; an empty cell reads as not-a-number.
 ///
 /// # Errors
-/// [`Error::Read`] if it cannot be read, [`Error::Parse`] if a row before the last has another number of cells
-/// than the header, or a cell is no number.
+/// [`Error::Read`] if it cannot be read, [`Error::Parse`] if a row before the last has another number of
+/// cells than the header, or a cell is no number.
 pub fn read(path: &Path) -> Result<Columns> {
     let text = std::fs::read_to_string(path).map_err(read_error(path))?;
     let whole = &text[..text.rfind('\n').map_or(0, |end| end + 1)];

@@ -1,10 +1,10 @@
 //! Particle snapshots as VTU files: VTK XML unstructured grids of one vertex cell a particle, as ParaView,
 //! pyvista and meshio open them. The reader for the report is [`read`].
 //!
-//! The layout is that of the VTK file format, version 1.0: arrays `appended` to the XML part in base64 (so the
-//! whole file is well-formed XML), little-endian, each with a `UInt64` byte count before it. Points and vectors
-//! have three components in VTK; two-dimensional ones are padded with zeros. The time stands in the field
-//! array `TimeValue`, the dimension in `Dimension`.
+//! The layout is that of the VTK file format, version 1.0: arrays `appended` to the XML part in base64 (so
+//! the whole file is well-formed XML), little-endian, each with a `UInt64` byte count before it. Points and
+//! vectors have three components in VTK; two-dimensional ones are padded with zeros. The time stands in the
+//! field array `TimeValue`, the dimension in `Dimension`.
 
 mod reader;
 
@@ -35,8 +35,8 @@ pub struct ParticleFrame<'a> {
 pub struct PointArray<'a> {
     /// Name as it stands in the file, for example `pressure`.
     pub name: &'a str,
-    /// Values a particle: 1 for a scalar, `dimension` for a vector (padded to 3 in the file), any other number
-    /// is written as it is (a symmetric tensor in two dimensions: 4 for `xx, yy, xy, zz`, say).
+    /// Values a particle: 1 for a scalar, `dimension` for a vector (padded to 3 in the file), any other
+    /// number is written as it is (a symmetric tensor in two dimensions: 4 for `xx, yy, xy, zz`, say).
     pub components: usize,
     /// The values, `components` a particle, particle after particle.
     pub values: Values<'a>,
@@ -118,11 +118,12 @@ fn pad<T: Copy + Default, const N: usize>(
 
 /// Writes `frame` to `path` in one piece (see [`atomic::write_file`]).
 ///
-/// Values are written as they are, not-a-number included: a snapshot of a broken state helps to find the break.
+/// Values are written as they are, not-a-number included: a snapshot of a broken state helps to find the
+/// break.
 ///
 /// # Errors
-/// [`Error::Frame`] if the dimension is neither 2 nor 3, an array's length is not `components` times the number
-/// of particles, or a name is empty or used twice; [`Error::Write`] if the file cannot be written.
+/// [`Error::Frame`] if the dimension is neither 2 nor 3, an array's length is not `components` times the
+/// number of particles, or a name is empty or used twice; [`Error::Write`] if the file cannot be written.
 pub fn write(path: &Path, frame: &ParticleFrame) -> Result<()> {
     check(frame)?;
     atomic::write_file(path, document(frame).as_bytes())

@@ -1,5 +1,5 @@
-//! The report of a made-up run: a dam break through a gate, in formulas instead of physics. What it makes stays
-//! in the target folder (`tmp/report`), to be looked at.
+//! The report of a made-up run: a dam break through a gate, in formulas instead of physics. What it makes
+//! stays in the target folder (`tmp/report`), to be looked at.
 
 use output::summary::{
     Balances, Condition46, EnergyBalance, FluidBalance, Residual, RoleUse, Status, probe_extremes,

@@ -1,6 +1,8 @@
-//! The order of points along a space-filling curve: points that are near each other in it are near each other in space.
+//! The order of points along a space-filling curve: points that are near each other in it are near each other
+//! in space.
 //!
-//! Morton's curve (G. M. Morton, IBM Ottawa 1966): the key of a cell is made of the bits of its coordinates in turn.
+//! Morton's curve (G. M. Morton, IBM Ottawa 1966): the key of a cell is made of the bits of its coordinates
+//! in turn.
 
 use crate::Vector;
 use rayon::prelude::*;
@@ -13,7 +15,8 @@ const fn bits<const D: usize>() -> u32 {
     32 / D as u32
 }
 
-/// Key of the cell of edge `cell` (m) that `point` (m) is in, counted from `origin` (m). Points outside of what a key can tell count as in the outermost cell.
+/// Key of the cell of edge `cell` (m) that `point` (m) is in, counted from `origin` (m). Points outside of
+/// what a key can tell count as in the outermost cell.
 pub fn key<const D: usize>(point: &Vector<D>, origin: &Vector<D>, cell: f64) -> u32 {
     let last = ((1u64 << bits::<D>()) - 1) as f64;
     // The conversion takes what is not a number to zero.
@@ -39,8 +42,8 @@ pub struct CurveOrder {
 }
 
 impl CurveOrder {
-    /// Takes note of `points` (m) in the order in which they stand, their cells being `cell` (m) wide, and gives the share of them that come before one with a
-    /// smaller key: 0 in order, ½ without any.
+    /// Takes note of `points` (m) in the order in which they stand, their cells being `cell` (m) wide, and
+    /// gives the share of them that come before one with a smaller key: 0 in order, ½ without any.
     pub fn note<const D: usize>(&mut self, points: &[Vector<D>], origin: &Vector<D>, cell: f64) -> f64 {
         self.keyed.resize(points.len(), 0);
         let keyed = self.keyed.par_iter_mut().zip(points).with_min_len(ROWS).enumerate();
@@ -54,7 +57,8 @@ impl CurveOrder {
         self.keyed.par_sort_unstable();
     }
 
-    /// Rearranges one entry a point: what stood at the place of the curve's first point comes first. `memory` may hold anything.
+    /// Rearranges one entry a point: what stood at the place of the curve's first point comes first. `memory`
+    /// may hold anything.
     pub fn apply<T: Copy + Send + Sync>(&self, values: &mut Vec<T>, memory: &mut Vec<T>) {
         assert_eq!(values.len(), self.keyed.len(), "an entry a point");
         memory.clear();

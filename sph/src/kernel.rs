@@ -76,7 +76,8 @@ impl<const D: usize> CubicSpline<D> {
         )
     }
 
-    /// `∇W_ab = dW/dr · r_ab/|r_ab|` with respect to `r_a`, where `offset = r_ab = r_a − r_b`; zero for coincident points.
+    /// `∇W_ab = dW/dr · r_ab/|r_ab|` with respect to `r_a`, where `offset = r_ab = r_a − r_b`; zero for
+    /// coincident points.
     #[inline]
     pub fn gradient(&self, offset: &Vector<D>) -> Vector<D> {
         let distance = offset.norm();

@@ -14,7 +14,8 @@ pub struct Lattice<const D: usize> {
 }
 
 impl<const D: usize> Lattice<D> {
-    /// Fills the box from `low` to `high` (m) with cells as near to `spacing` (m) as tile it: `round(length/spacing)`, at least one, an axis.
+    /// Fills the box from `low` to `high` (m) with cells as near to `spacing` (m) as tile it:
+    /// `round(length/spacing)`, at least one, an axis.
     pub fn fill_box(low: Vector<D>, high: Vector<D>, spacing: f64) -> Self {
         let counts: [usize; D] =
             std::array::from_fn(|i| (((high[i] - low[i]) / spacing).round() as usize).max(1));
@@ -38,8 +39,8 @@ impl<const D: usize> Lattice<D> {
     }
 }
 
-/// The points, each displaced at random along each axis by at most `amplitude` (m). The numbers are those of SplitMix64 (Steele, Lea and Flood
-/// 2014) from the seed, so that a start is the same everywhere.
+/// The points, each displaced at random along each axis by at most `amplitude` (m). The numbers are those of
+/// SplitMix64 (Steele, Lea and Flood 2014) from the seed, so that a start is the same everywhere.
 pub fn jittered<const D: usize>(points: Vec<Vector<D>>, amplitude: f64, seed: u64) -> Vec<Vector<D>> {
     let mut state = seed;
     let mut next = || {

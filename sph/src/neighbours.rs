@@ -3,8 +3,9 @@
 use crate::Vector;
 use rayon::prelude::*;
 
-/// Lists of neighbours: those of query point `i` are `indices[offsets[i]..offsets[i + 1]]`, in a fixed order that depends on the
-/// points alone (cell by cell, by index within a cell), so that sums over them do not depend on the number of threads.
+/// Lists of neighbours: those of query point `i` are `indices[offsets[i]..offsets[i + 1]]`, in a fixed order
+/// that depends on the points alone (cell by cell, by index within a cell), so that sums over them do not
+/// depend on the number of threads.
 #[derive(Clone, Debug, Default)]
 pub struct NeighbourList {
     offsets: Vec<u32>,
@@ -57,20 +58,23 @@ impl NeighbourList {
         &self.indices
     }
 
-    /// Replaces every neighbour by `names[neighbour]`: ghost images become the points that they are images of.
+    /// Replaces every neighbour by `names[neighbour]`: ghost images become the points that they are images
+    /// of.
     pub fn rename(&mut self, names: &[u32]) {
         self.indices.iter_mut().for_each(|j| *j = names[*j as usize]);
     }
 
-    /// Finds, for every query point, the grid's points nearer than the grid's radius, coincident ones left out
-    /// (so that a list over its own points does not hold the point itself). Memory of earlier calls is used again.
+    /// Finds, for every query point, the grid's points nearer than the grid's radius, coincident ones left
+    /// out (so that a list over its own points does not hold the point itself). Memory of earlier calls is
+    /// used again.
     pub fn rebuild<const D: usize>(
         &mut self,
         queries: &[Vector<D>],
         grid: &CellGrid<D>,
         points: &[Vector<D>],
     ) {
-        // Candidates are read one after the other here, not one from here and one from there as `members` has them.
+        // Candidates are read one after the other here, not one from here and one from there as `members` has
+        // them.
         let binned: Vec<Vector<D>> =
             grid.members.par_iter().with_min_len(1024).map(|&j| points[j as usize]).collect();
         self.offsets.resize(queries.len() + 1, 0);
@@ -159,7 +163,8 @@ impl<const D: usize> CellGrid<D> {
         bin
     }
 
-    /// Writes the members near each of `queries` to `found`, and where the list of each ends there to `ends`; `binned` are the members' points in their order.
+    /// Writes the members near each of `queries` to `found`, and where the list of each ends there to `ends`;
+    /// `binned` are the members' points in their order.
     fn search(&self, queries: &[Vector<D>], binned: &[Vector<D>], found: &mut Vec<u32>, ends: &mut [u32]) {
         let radius_squared = self.radius * self.radius;
         found.clear();
@@ -180,8 +185,8 @@ impl<const D: usize> CellGrid<D> {
         }
     }
 
-    /// Calls `visit` with every binned point nearer to `query` than the radius and not coincident with it, in fixed order.
-    /// `points` are the points the grid was made of.
+    /// Calls `visit` with every binned point nearer to `query` than the radius and not coincident with it, in
+    /// fixed order. `points` are the points the grid was made of.
     #[inline]
     pub fn for_each_near(&self, query: &Vector<D>, points: &[Vector<D>], mut visit: impl FnMut(u32)) {
         let radius_squared = self.radius * self.radius;
@@ -195,7 +200,8 @@ impl<const D: usize> CellGrid<D> {
         });
     }
 
-    /// Calls `visit` with the runs of members in the cells around `query`. Cells of a run along the first axis are neighbours in memory.
+    /// Calls `visit` with the runs of members in the cells around `query`. Cells of a run along the first
+    /// axis are neighbours in memory.
     #[inline]
     fn for_each_run(&self, query: &Vector<D>, mut visit: impl FnMut(std::ops::Range<usize>)) {
         let mut low = [0usize; D];

@@ -3,13 +3,15 @@
 use rayon::prelude::*;
 use std::iter::Sum;
 
-/// Particles summed by one task, and the unit in which sums are combined: fixed, so that rounding is the same for every number of threads.
+/// Particles summed by one task, and the unit in which sums are combined: fixed, so that rounding is the same
+/// for every number of threads.
 const CHUNK: usize = 1024;
 
 /// Chunks that one thread works through at least: handing over fewer takes longer than summing them.
 const CHUNKS: usize = 4;
 
-/// `Σ term(i)` for `i` in `0..count`, of numbers or vectors, summed in chunks of fixed size and the chunks' sums in order.
+/// `Σ term(i)` for `i` in `0..count`, of numbers or vectors, summed in chunks of fixed size and the chunks'
+/// sums in order.
 pub fn sum<T: Send + Sum>(count: usize, term: impl Fn(usize) -> T + Sync) -> T {
     let chunk_sum = |c: usize| (c * CHUNK..((c + 1) * CHUNK).min(count)).map(&term).sum::<T>();
     let chunks = count.div_ceil(CHUNK);

@@ -45,11 +45,13 @@ fn solver(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>, P
 
 /// Gives rayon as many threads as the case says, before any solver asks for it.
 fn set_threads(case: &Case) {
-    // It fails if the pool stands already: it then has the threads of the first call, which no result depends on.
+    // It fails if the pool stands already: it then has the threads of the first call, which no result depends
+    // on.
     let _ = rayon::ThreadPoolBuilder::new().num_threads(case.general.threads).build_global();
 }
 
-/// A flag that Ctrl-C, SIGTERM and the terminal's end (SIGHUP, unless `nohup` had it ignored) set; a second signal ends the process at once.
+/// A flag that Ctrl-C, SIGTERM and the terminal's end (SIGHUP, unless `nohup` had it ignored) set; a second
+/// signal ends the process at once.
 fn stop_flag() -> std::io::Result<Arc<AtomicBool>> {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     let stop = Arc::new(AtomicBool::new(false));

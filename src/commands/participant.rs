@@ -1,4 +1,5 @@
-//! `meniscus fluid`, `meniscus structure`, `meniscus fmu` and `meniscus mock`: one participant, served to a coupler.
+//! `meniscus fluid`, `meniscus structure`, `meniscus fmu` and `meniscus mock`: one participant, served to a
+//! coupler.
 
 use super::{WRONG, failed};
 use crate::arguments::{Fmu, Join, Mock, Solver};

@@ -1,8 +1,10 @@
-//! Instructions of one Runge–Kutta step per particle, counted by Valgrind: the same on an idle and on a loaded machine, to about one in 10⁴.
+//! Instructions of one Runge–Kutta step per particle, counted by Valgrind: the same on an idle and on a
+//! loaded machine, to about one in 10⁴.
 //!
-//! `cargo bench -p structure --bench instructions` prints one line for each gradient and path; without Valgrind it says so and
-//! counts nothing. The benchmark runs itself under Valgrind with two numbers of steps; the difference is the steps' alone. Valgrind knows
-//! AVX2 and no AVX-512, so the counts are those of vectors of four numbers, one thread.
+//! `cargo bench -p structure --bench instructions` prints one line for each gradient and path; without
+//! Valgrind it says so and counts nothing. The benchmark runs itself under Valgrind with two numbers of
+//! steps; the difference is the steps' alone. Valgrind knows AVX2 and no AVX-512, so the counts are those of
+//! vectors of four numbers, one thread.
 
 mod beam;
 

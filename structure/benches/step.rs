@@ -1,7 +1,9 @@
-//! Runge–Kutta steps of a clamped beam, per gradient, lattice or not, number of particles and threads; `cargo bench -p structure --bench step`.
+//! Runge–Kutta steps of a clamped beam, per gradient, lattice or not, number of particles and threads;
+//! `cargo bench -p structure --bench step`.
 //!
-//! Criterion prints the time of one window and the rate in particles and steps (`Gelem/s`: one over it is ns per particle and step of
-//! four force evaluations). `cargo bench -p structure --bench step -- 'quadratic lattice/3000 '` runs a part.
+//! Criterion prints the time of one window and the rate in particles and steps (`Gelem/s`: one over it is ns
+//! per particle and step of four force evaluations).
+//! `cargo bench -p structure --bench step -- 'quadratic lattice/3000 '` runs a part.
 
 mod beam;
 
@@ -10,8 +12,9 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use std::time::Duration;
 use structure::{Gradient, Load};
 
-/// Layers and columns, the shapes of plates and gates: 300, 3,000, 30,000 and 300,000 particles; and the sub-steps of a window: 100 as in
-/// a coupled run, so that what a window's ends cost weighs as it does there, fewer where a sample would last a minute.
+/// Layers and columns, the shapes of plates and gates: 300, 3,000, 30,000 and 300,000 particles; and the
+/// sub-steps of a window: 100 as in a coupled run, so that what a window's ends cost weighs as it does there,
+/// fewer where a sample would last a minute.
 const SIZES: [([usize; 2], usize); 4] =
     [([4, 75], 100), ([20, 150], 100), ([20, 1500], 100), ([100, 3000], 10)];
 

@@ -1,9 +1,11 @@
-//! Cells of particles that are no lattice: Voronoi cells within a polygon, with volume, centroid and second moments.
+//! Cells of particles that are no lattice: Voronoi cells within a polygon, with volume, centroid and second
+//! moments.
 
 use sph::neighbours::CellGrid;
 use sph::{Matrix, Vector, tensor};
 
-/// Bisectors with the particles within this many spacings bound a cell; of a set without gaps as wide as that, no others cut it.
+/// Bisectors with the particles within this many spacings bound a cell; of a set without gaps as wide as
+/// that, no others cut it.
 const REACH: f64 = 4.0;
 
 /// The part of a body that one particle stands for.
@@ -25,8 +27,8 @@ impl<const D: usize> Cell<D> {
     }
 }
 
-/// Voronoi cells of the positions (m), about `spacing` (m) apart, within a simple polygon (corners counter-clockwise). A particle
-/// without any part of the polygon has volume zero.
+/// Voronoi cells of the positions (m), about `spacing` (m) apart, within a simple polygon (corners
+/// counter-clockwise). A particle without any part of the polygon has volume zero.
 pub fn voronoi_cells(positions: &[Vector<2>], polygon: &[Vector<2>], spacing: f64) -> Vec<Cell<2>> {
     let radius = REACH * spacing;
     let grid = CellGrid::new(positions, radius);
@@ -50,8 +52,9 @@ pub fn voronoi_cells(positions: &[Vector<2>], polygon: &[Vector<2>], spacing: f6
         .collect()
 }
 
-/// Moves particles to the centroids of their Voronoi cells, `sweeps` times (Lloyd 1982), and gives them with their cells. Scattered
-/// particles want one sweep; a lattice at an angle to the body's faces wants three: its rows at the faces then follow them.
+/// Moves particles to the centroids of their Voronoi cells, `sweeps` times (Lloyd 1982), and gives them with
+/// their cells. Scattered particles want one sweep; a lattice at an angle to the body's faces wants three:
+/// its rows at the faces then follow them.
 pub fn relax_to_centroids(
     mut positions: Vec<Vector<2>>,
     polygon: &[Vector<2>],
@@ -68,8 +71,8 @@ pub fn relax_to_centroids(
     (positions, cells)
 }
 
-/// The part of a polygon with `n · x ≤ limit` (Sutherland and Hodgman 1974). Pieces of a polygon that is not convex stay joined by edges
-/// there and back, which add nothing to its integrals.
+/// The part of a polygon with `n · x ≤ limit` (Sutherland and Hodgman 1974). Pieces of a polygon that is not
+/// convex stay joined by edges there and back, which add nothing to its integrals.
 fn cut(corners: &[Vector<2>], n: &Vector<2>, limit: f64) -> Vec<Vector<2>> {
     let mut kept = Vec::with_capacity(corners.len() + 2);
     for (i, p) in corners.iter().enumerate() {
@@ -85,7 +88,8 @@ fn cut(corners: &[Vector<2>], n: &Vector<2>, limit: f64) -> Vec<Vector<2>> {
     kept
 }
 
-/// Area, centroid and second moments of a polygon, as sums over the triangles that its edges make with the origin.
+/// Area, centroid and second moments of a polygon, as sums over the triangles that its edges make with the
+/// origin.
 fn measure(corners: &[Vector<2>]) -> Cell<2> {
     let (mut area, mut first, mut second) = (0.0, Vector::<2>::zeros(), Matrix::<2>::zeros());
     for (i, p) in corners.iter().enumerate() {

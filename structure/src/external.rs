@@ -39,8 +39,8 @@ impl<const D: usize> Structure<D> {
             || !self.setup.dead_loads.is_empty()
     }
 
-    /// Fills the external accelerations (m/s²) of the free particles at a time (s), `fraction` of the window being over; those of the
-    /// hourglass control are among them, and so its work is among that of the loads.
+    /// Fills the external accelerations (m/s²) of the free particles at a time (s), `fraction` of the window
+    /// being over; those of the hourglass control are among them, and so its work is among that of the loads.
     pub(crate) fn fill_external(&mut self, load: &Load<D>, time: f64, fraction: f64) {
         let external = &mut self.fields.external;
         let mut first = 0;

@@ -2,8 +2,8 @@
 
 use sph::Vector;
 
-/// `components × particles` numbers, component after component, each with the same margin of zeros before and after its
-/// particles, so that runs of neighbours may reach past the ends.
+/// `components × particles` numbers, component after component, each with the same margin of zeros before and
+/// after its particles, so that runs of neighbours may reach past the ends.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Field {
     data: Vec<f64>,

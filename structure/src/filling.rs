@@ -1,4 +1,5 @@
-//! Particles of two-dimensional bodies that no lattice along the axes fits: scattered ones, lattices at an angle, bodies that a circle cuts.
+//! Particles of two-dimensional bodies that no lattice along the axes fits: scattered ones, lattices at an
+//! angle, bodies that a circle cuts.
 
 use crate::cells::{Cell, relax_to_centroids};
 use sph::Vector;
@@ -23,7 +24,8 @@ pub struct Filling {
 }
 
 impl Filling {
-    /// Particles in the part of the box from `low` to `high` (m) within `outline` (corners counter-clockwise), with their cells.
+    /// Particles in the part of the box from `low` to `high` (m) within `outline` (corners
+    /// counter-clockwise), with their cells.
     pub fn fill(
         &self,
         low: Vector<2>,
@@ -56,8 +58,8 @@ pub fn rectangle(low: Vector<2>, high: Vector<2>) -> Vec<Vector<2>> {
     [[low.x, low.y], [high.x, low.y], [high.x, high.y], [low.x, high.y]].map(Vector::from).to_vec()
 }
 
-/// An outline without the part in a disc, and fixed nodes about `spacing` (m) apart on the arc that bounds it then. `None` unless the circle
-/// cuts the outline in two points.
+/// An outline without the part in a disc, and fixed nodes about `spacing` (m) apart on the arc that bounds it
+/// then. `None` unless the circle cuts the outline in two points.
 pub fn without_disc(
     outline: &[Vector<2>],
     centre: &Vector<2>,
@@ -124,7 +126,8 @@ mod tests {
     use super::*;
     use std::f64::consts::PI;
 
-    /// A square of edge 2 about the origin without a quarter of a disc of radius 1 about its corner: area 4 − π/4, up to the chords.
+    /// A square of edge 2 about the origin without a quarter of a disc of radius 1 about its corner: area 4 −
+    /// π/4, up to the chords.
     #[test]
     fn a_disc_cuts_a_corner_off() {
         let square = rectangle(Vector::from([-1.0, -1.0]), Vector::from([1.0, 1.0]));

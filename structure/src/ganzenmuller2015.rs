@@ -1,9 +1,11 @@
-//! Hourglass control of Ganzenmüller 2015 ("An hourglass control algorithm for Lagrangian smooth particle hydrodynamics", Eqs. (18)–(22)),
-//! an option, off by default: neither gradient needs it in the cases of this workspace.
+//! Hourglass control of Ganzenmüller 2015 ("An hourglass control algorithm for Lagrangian smooth particle
+//! hydrodynamics", Eqs. (18)–(22)), an option, off by default: neither gradient needs it in the cases of this
+//! workspace.
 //!
-//! Where the distance of a pair is not what the deformation gradients of its ends predict, `δ_a = (F_a X_ab − x_ab)·x_ab/|x_ab|`
-//! with `X_ab = X_b − X_a`, a force along the pair resists:
-//! `f_a = −½ ζ E Σ_b V_a V_b W_ab/|X_ab|² (δ_a + δ_b) x_ab/|x_ab|`, equal and opposite on the pair. A linear deformation feels nothing.
+//! Where the distance of a pair is not what the deformation gradients of its ends predict,
+//! `δ_a = (F_a X_ab − x_ab)·x_ab/|x_ab|` with `X_ab = X_b − X_a`, a force along the pair resists:
+//! `f_a = −½ ζ E Σ_b V_a V_b W_ab/|X_ab|² (δ_a + δ_b) x_ab/|x_ab|`, equal and opposite on the pair. A linear
+//! deformation feels nothing.
 
 use crate::field::Field;
 use crate::kernels;

@@ -1,8 +1,8 @@
 //! The two hot loops: stresses from displacements, and the Runge–Kutta stage from stresses.
 //!
-//! Both are written once, on slices of [`LANES`] particles, for `K` basis functions a pair, and compiled for each vector
-//! instruction set; `pulp` picks at run time. Each particle gathers its own sum in list order, so neither the number of
-//! threads nor the width of the vectors changes a bit of the result.
+//! Both are written once, on slices of [`LANES`] particles, for `K` basis functions a pair, and compiled for
+//! each vector instruction set; `pulp` picks at run time. Each particle gathers its own sum in list order, so
+//! neither the number of threads nor the width of the vectors changes a bit of the result.
 
 use crate::field::Field;
 use crate::gradient::{first_order, quadratic};
@@ -13,8 +13,9 @@ use crate::stencil::{Slice, Stencil};
 use std::array::from_fn;
 use std::ops::Range;
 
-/// Fewer slices than this are not shared among threads: handing half of so short a pass over costs more than it saves. Two threads over one
-/// were measured to be 1.0 at 250 particles and 1.2 to 1.3 at 1,000 (loaded machine), 1.7 to 2.0 at 3,000 (idle).
+/// Fewer slices than this are not shared among threads: handing half of so short a pass over costs more than
+/// it saves. Two threads over one were measured to be 1.0 at 250 particles and 1.2 to 1.3 at 1,000 (loaded
+/// machine), 1.7 to 2.0 at 3,000 (idle).
 const PARALLEL_SLICES: usize = 128;
 
 /// Whether passes over so many slices are shared among threads.
@@ -63,14 +64,16 @@ pub(crate) struct Fields {
     pub external: Field,
     /// `START_DISPLACEMENT` and the rows after it, `D` components each.
     pub step: Field,
-    /// One over the mass that the pair sum is divided by, zero for fixed particles: see [`Pairs::acceleration`].
+    /// One over the mass that the pair sum is divided by, zero for fixed particles: see
+    /// [`Pairs::acceleration`].
     pub scale: Field,
     /// Strain energy a volume (J/m³), filled where it is asked for.
     pub energy: Field,
 }
 
-/// Rows of [`Fields::step`]: displacement and velocity at the step's start, velocity of the stage, (3) and (4) the sums of
-/// Eqs. (43) and (44), and the work that external accelerations and damping have done, a unit of mass (J/kg).
+/// Rows of [`Fields::step`]: displacement and velocity at the step's start, velocity of the stage, (3) and
+/// (4) the sums of Eqs. (43) and (44), and the work that external accelerations and damping have done, a unit
+/// of mass (J/kg).
 pub(crate) mod row {
     pub const START_DISPLACEMENT: usize = 0;
     pub const START_VELOCITY: usize = 1;
@@ -115,7 +118,8 @@ macro_rules! for_dimension {
     };
 }
 
-/// Conjugates `Q` of the moments at all particles from the displacements; gives the first slice in which `J` is not positive.
+/// Conjugates `Q` of the moments at all particles from the displacements; gives the first slice in which `J`
+/// is not positive.
 pub(crate) fn stress_pass(
     dimension: usize,
     gradient: Gradient,
@@ -419,9 +423,11 @@ impl<'a> Pairs<'a> {
         }
     }
 
-    /// `scale_a Σ_b (Q_a φ_ab − Q_b φ_ba)`. The first `D` basis functions are odd, `φ_ba = −φ_ab`, the others even.
+    /// `scale_a Σ_b (Q_a φ_ab − Q_b φ_ba)`. The first `D` basis functions are odd, `φ_ba = −φ_ab`, the others
+    /// even.
     ///
-    /// First order: Eq. (42) with `Q = P K⁻¹`, `φ_ab = V_b ∇₀W_ab` and `scale = 1/ρ_s`. Quadratic: `Q = V c M` and `scale = 1/(ρ_s V)`.
+    /// First order: Eq. (42) with `Q = P K⁻¹`, `φ_ab = V_b ∇₀W_ab` and `scale = 1/ρ_s`. Quadratic:
+    /// `Q = V c M` and `scale = 1/(ρ_s V)`.
     #[inline(always)]
     fn acceleration<const D: usize, const K: usize>(
         &self,
@@ -480,8 +486,8 @@ fn pair_sum<const D: usize>(k: usize, own: Lanes, other: Lanes) -> Lanes {
     if k < D { own + other } else { own - other }
 }
 
-/// Works on all slices, on several threads where there are many, each task with its own part of the output; gives the first
-/// result in the order of the slices.
+/// Works on all slices, on several threads where there are many, each task with its own part of the output;
+/// gives the first result in the order of the slices.
 fn in_tasks<const N: usize, const M: usize>(
     slices: Range<usize>,
     out: [[&mut [f64]; N]; M],

@@ -1,6 +1,6 @@
-//! Eight particles at once: arithmetic on small arrays, which the compiler turns into the vector instructions of the
-//! machine it runs on (chosen at run time by `pulp`, see [`crate::kernels`]). No fused multiply-add is used, so results are the
-//! same to the bit whatever the width of the vectors.
+//! Eight particles at once: arithmetic on small arrays, which the compiler turns into the vector instructions
+//! of the machine it runs on (chosen at run time by `pulp`, see [`crate::kernels`]). No fused multiply-add is
+//! used, so results are the same to the bit whatever the width of the vectors.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
@@ -140,7 +140,8 @@ impl Mul<f64> for Lanes {
     }
 }
 
-/// A vector of lanes by its components. (Library functions over arrays are not inlined into code for other instruction sets.)
+/// A vector of lanes by its components. (Library functions over arrays are not inlined into code for other
+/// instruction sets.)
 #[inline(always)]
 pub(crate) fn row<const N: usize>(entry: impl Fn(usize) -> Lanes) -> [Lanes; N] {
     let mut out = [Lanes::ZERO; N];

@@ -61,7 +61,8 @@ impl History {
 /// A force fixed in direction and place in the material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeadLoad<const D: usize> {
-    /// Particles and the share of the force on each; for a force at a point or on a face see [`crate::MaterialPoint`].
+    /// Particles and the share of the force on each; for a force at a point or on a face see
+    /// [`crate::MaterialPoint`].
     pub particles: Vec<(usize, f64)>,
     /// Force (N; in two dimensions for one metre of depth) at factor one.
     pub force: Vector<D>,

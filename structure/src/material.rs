@@ -1,7 +1,8 @@
-//! Elastic materials: constants, the kinematic assumption in two dimensions, and the constitutive laws, one file each.
+//! Elastic materials: constants, the kinematic assumption in two dimensions, and the constitutive laws, one
+//! file each.
 //!
-//! A law is a type that implements `ConstitutiveLaw`; a new one is a new file here, a variant of [`Law`] and a line in
-//! `with_law`.
+//! A law is a type that implements `ConstitutiveLaw`; a new one is a new file here, a variant of [`Law`] and
+//! a line in `with_law`.
 
 mod almansi_hooke;
 mod neo_hookean;

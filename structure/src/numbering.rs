@@ -1,5 +1,5 @@
-//! The internal order of particles: rows along the longest axis of each body, so that the neighbours of consecutive
-//! particles are consecutive too, and every body filled up to whole slices of [`LANES`].
+//! The internal order of particles: rows along the longest axis of each body, so that the neighbours of
+//! consecutive particles are consecutive too, and every body filled up to whole slices of [`LANES`].
 
 use crate::lanes::LANES;
 use crate::setup::Body;
@@ -62,7 +62,8 @@ fn order_of<const D: usize>(body: &Body<D>) -> Vec<usize> {
     let (low, high) = body.positions.iter().fold((first, first), |(l, h), p| (l.inf(p), h.sup(p)));
     let extent = high - low;
     let along = extent.imax();
-    // Rows half a cell off the lattice's planes, so that round-off or jitter does not scatter a plane over two rows.
+    // Rows half a cell off the lattice's planes, so that round-off or jitter does not scatter a plane over
+    // two rows.
     let row =
         |i: usize, axis: usize| ((body.positions[i][axis] - low[axis]) / body.cell[axis]).round() as i64;
     let mut order: Vec<usize> = (0..count).collect();

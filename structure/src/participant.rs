@@ -1,6 +1,7 @@
 //! The structure as a participant: the one file of this crate that knows the case, messages and outputs.
 //!
-//! Case → [`crate::Setup`]; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and energies.
+//! Case → [`crate::Setup`]; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and
+//! energies.
 
 mod saved;
 mod setup;
@@ -20,7 +21,8 @@ use sph::Vector;
 use std::path::Path;
 use std::time::Instant;
 
-/// Most sub-steps in a window of a structure without a partner, which nobody else limits: its stable step is found between windows.
+/// Most sub-steps in a window of a structure without a partner, which nobody else limits: its stable step is
+/// found between windows.
 const SUB_STEPS_ALONE: u32 = 100;
 
 /// The structure of `case`, writing its snapshots to the folder `out`.
@@ -300,7 +302,8 @@ impl<const D: usize> Participant for StructureParticipant<D> {
     }
 }
 
-/// Whether the sub-steps are to see the load go linearly from its value at the window's start to that at its end.
+/// Whether the sub-steps are to see the load go linearly from its value at the window's start to that at its
+/// end.
 fn linear_load(case: &Case) -> bool {
     case.coupling.as_ref().is_some_and(|coupling| coupling.load_in_window == LoadInWindow::Linear)
 }

@@ -2,10 +2,11 @@
 
 use sph::{Vector, tensor};
 
-/// A point of the material as a weighted sum over particles, fixed in the reference configuration. The weights reproduce linear
-/// fields exactly (moving least squares), and quadratic ones where the particles about the point resolve them, so a point on a
-/// face or corner, half a spacing from the next particle, is read to that order. Used as a load they are the exact
-/// transpose: the force and its moment about any point are those of the force at the point.
+/// A point of the material as a weighted sum over particles, fixed in the reference configuration. The
+/// weights reproduce linear fields exactly (moving least squares), and quadratic ones where the particles
+/// about the point resolve them, so a point on a face or corner, half a spacing from the next particle, is
+/// read to that order. Used as a load they are the exact transpose: the force and its moment about any point
+/// are those of the force at the point.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialPoint<const D: usize> {
     /// Reference position (m).
@@ -17,12 +18,13 @@ pub struct MaterialPoint<const D: usize> {
 /// Particles within this many spacings of the nearest one to the point make the sum.
 const REACH: f64 = 2.6;
 
-/// Smallest accepted ratio of the moment matrix's eigenvalues (scaled to a unit diagonal) for a polynomial basis.
+/// Smallest accepted ratio of the moment matrix's eigenvalues (scaled to a unit diagonal) for a polynomial
+/// basis.
 const CONDITION: f64 = 1e-6;
 
 impl<const D: usize> MaterialPoint<D> {
-    /// The point at the reference coordinates `at` (m) among particles at `positions` (m) spaced by `spacing` (m).
-    /// `None` without particles.
+    /// The point at the reference coordinates `at` (m) among particles at `positions` (m) spaced by `spacing`
+    /// (m). `None` without particles.
     pub fn new(at: Vector<D>, positions: &[Vector<D>], spacing: f64) -> Option<Self> {
         let nearest = positions.iter().map(|p| (p - at).norm()).min_by(f64::total_cmp)?;
         let radius = nearest + REACH * spacing;
@@ -35,8 +37,8 @@ impl<const D: usize> MaterialPoint<D> {
         Some(Self { reference: at, weights })
     }
 
-    /// The box face between two opposite corners (m), which share one coordinate: the mean over `samples` points along each of its axes. As
-    /// a load it is a uniform traction.
+    /// The box face between two opposite corners (m), which share one coordinate: the mean over `samples`
+    /// points along each of its axes. As a load it is a uniform traction.
     pub fn over_face(
         low: Vector<D>,
         high: Vector<D>,
@@ -72,7 +74,8 @@ impl<const D: usize> MaterialPoint<D> {
     }
 }
 
-/// Moving-least-squares weights `p(0)ᵀ M⁻¹ p(o_i) k_i` of the polynomial degree given, if the points resolve it.
+/// Moving-least-squares weights `p(0)ᵀ M⁻¹ p(o_i) k_i` of the polynomial degree given, if the points resolve
+/// it.
 fn shape<const D: usize>(offsets: &[Vector<D>], kernel: &[f64], degree: usize) -> Option<Vec<f64>> {
     let basis: Vec<nalgebra::DVector<f64>> = offsets.iter().map(|o| monomials(o, degree)).collect();
     let size = basis.first()?.len();

@@ -12,7 +12,8 @@ use sph::{Matrix, Vector};
 pub enum Gradient {
     /// The paper's kernel gradient corrected to first order, Eqs. (35), (36), (42).
     FirstOrder,
-    /// Quadratic gradient and Hessian with a strain-gradient energy: right in bending from three particles through the thickness on.
+    /// Quadratic gradient and Hessian with a strain-gradient energy: right in bending from three particles
+    /// through the thickness on.
     #[default]
     Quadratic,
 }
@@ -36,7 +37,8 @@ pub enum Side {
     High,
 }
 
-/// One elastic body: particles with their volumes, all of one material. Particles see those of their own body only.
+/// One elastic body: particles with their volumes, all of one material. Particles see those of their own body
+/// only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Body<const D: usize> {
     /// Reference positions `X` (m).
@@ -45,8 +47,9 @@ pub struct Body<const D: usize> {
     pub volumes: Vec<f64>,
     /// Cell edge along each axis (m): the particle spacing.
     pub cell: Vector<D>,
-    /// Centroid of each particle's cell less its position (m), and second moments about the centroid over the volume (m²), for the
-    /// quadratic gradient. Particles beyond the end of these lists (all, where they are empty) have the lattice's.
+    /// Centroid of each particle's cell less its position (m), and second moments about the centroid over the
+    /// volume (m²), for the quadratic gradient. Particles beyond the end of these lists (all, where they are
+    /// empty) have the lattice's.
     pub centroid_offsets: Vec<Vector<D>>,
     /// See `centroid_offsets`.
     pub second_moments: Vec<Matrix<D>>,
@@ -75,8 +78,8 @@ impl<const D: usize> Body<D> {
         }
     }
 
-    /// A free body of particles that are no lattice, about `spacing` (m) apart, each with its cell ([`crate::voronoi_cells`] in two
-    /// dimensions). The two lists are of one length.
+    /// A free body of particles that are no lattice, about `spacing` (m) apart, each with its cell
+    /// ([`crate::voronoi_cells`] in two dimensions). The two lists are of one length.
     pub fn from_cells(
         positions: Vec<Vector<D>>,
         cells: &[Cell<D>],
@@ -104,8 +107,8 @@ impl<const D: usize> Body<D> {
         }
     }
 
-    /// Adds fixed nodes without volume or mass, about a spacing apart on the clamp's true plane: the clamp of a body whose particles do
-    /// not follow it, for the quadratic gradient.
+    /// Adds fixed nodes without volume or mass, about a spacing apart on the clamp's true plane: the clamp of
+    /// a body whose particles do not follow it, for the quadratic gradient.
     #[must_use]
     pub fn with_fixed_nodes(mut self, nodes: &[Vector<D>]) -> Self {
         self.positions.extend_from_slice(nodes);
@@ -114,8 +117,9 @@ impl<const D: usize> Body<D> {
         self
     }
 
-    /// Clamps the face of a box: adds `rows` rows of fixed particles beyond it, each a copy of the row at the face moved out.
-    /// The first-order gradient wants as many rows as its support is wide, see [`Body::rows_for_clamp`].
+    /// Clamps the face of a box: adds `rows` rows of fixed particles beyond it, each a copy of the row at the
+    /// face moved out. The first-order gradient wants as many rows as its support is wide, see
+    /// [`Body::rows_for_clamp`].
     #[must_use]
     pub fn with_fixed_rows(mut self, axis: usize, side: Side, rows: usize) -> Self {
         let outward = if side == Side::Low { -self.cell[axis] } else { self.cell[axis] };
@@ -132,8 +136,9 @@ impl<const D: usize> Body<D> {
         self
     }
 
-    /// Clamps the face of a box: adds fixed nodes without volume or mass on the face itself, one before each particle of the row
-    /// at the face. For the quadratic gradient, which sees them as neighbours only; the clamp is then where the face is.
+    /// Clamps the face of a box: adds fixed nodes without volume or mass on the face itself, one before each
+    /// particle of the row at the face. For the quadratic gradient, which sees them as neighbours only; the
+    /// clamp is then where the face is.
     #[must_use]
     pub fn with_fixed_face(mut self, axis: usize, side: Side) -> Self {
         let outward = if side == Side::Low { -0.5 } else { 0.5 } * self.cell[axis];
@@ -147,7 +152,8 @@ impl<const D: usize> Body<D> {
         self
     }
 
-    /// Clamps the face of a box as the gradient wants it: on the face for the quadratic one, by fixed rows beyond it for the first-order one.
+    /// Clamps the face of a box as the gradient wants it: on the face for the quadratic one, by fixed rows
+    /// beyond it for the first-order one.
     #[must_use]
     pub fn clamp(self, axis: usize, side: Side, gradient: Gradient, smoothing_ratio: f64) -> Self {
         match gradient {
@@ -170,7 +176,8 @@ impl<const D: usize> Body<D> {
         free().filter(|&i| (self.positions[i][axis] - face).abs() < 0.25 * self.cell[axis]).collect()
     }
 
-    /// Rows of fixed particles as deep as the support of a kernel with this ratio of smoothing length to spacing.
+    /// Rows of fixed particles as deep as the support of a kernel with this ratio of smoothing length to
+    /// spacing.
     pub fn rows_for_clamp(smoothing_ratio: f64) -> usize {
         (2.0 * smoothing_ratio).ceil() as usize
     }
@@ -198,12 +205,14 @@ pub struct Setup<const D: usize> {
     pub damping: f64,
     /// Coefficient `ζ` of the hourglass control of Ganzenmüller 2015; others run 0.01 to 0.1. Zero: none.
     pub hourglass: f64,
-    /// Largest sub-step over the limit of stability, in (0, 0.9]; 0.9 unless told. The method loses energy with the fifth power of the step.
+    /// Largest sub-step over the limit of stability, in (0, 0.9]; 0.9 unless told. The method loses energy
+    /// with the fifth power of the step.
     pub step_fraction: f64,
 }
 
 impl<const D: usize> Setup<D> {
-    /// Bodies without loads, with the quadratic gradient and no option on. Clamp them for the same gradient ([`Body::clamp`]).
+    /// Bodies without loads, with the quadratic gradient and no option on. Clamp them for the same gradient
+    /// ([`Body::clamp`]).
     pub fn new(bodies: Vec<Body<D>>) -> Self {
         Self {
             bodies,

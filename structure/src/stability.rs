@@ -1,4 +1,5 @@
-//! The stable step from the operator itself: its largest frequency by Lanczos iteration, at rest and again as the structure is strained.
+//! The stable step from the operator itself: its largest frequency by Lanczos iteration, at rest and again as
+//! the structure is strained.
 
 use crate::field::Field;
 use crate::kernels;
@@ -8,31 +9,36 @@ use crate::state::{Stability, State};
 use crate::structure::Structure;
 use sph::Vector;
 
-/// Fourth-order Runge–Kutta is stable on the imaginary axis up to `ω Δt = 2√2` (Hairer and Wanner 1996, §IV.2).
+/// Fourth-order Runge–Kutta is stable on the imaginary axis up to `ω Δt = 2√2` (Hairer and Wanner 1996,
+/// §IV.2).
 const RUNGE_KUTTA_LIMIT: f64 = 2.0 * std::f64::consts::SQRT_2;
 
-/// Largest fraction of the limit that is allowed: the largest frequency rises with deformation within a window, and the iteration finds it from below.
+/// Largest fraction of the limit that is allowed: the largest frequency rises with deformation within a
+/// window, and the iteration finds it from below.
 pub const SAFETY: f64 = 0.9;
 
-/// The limit is found anew where the largest strain has changed by this since it was found. For St. Venant and Kirchhoff's law the frequency
-/// rises by 1.5 times the strain, 3 % of the 10 % that [`SAFETY`] leaves.
+/// The limit is found anew where the largest strain has changed by this since it was found. For St. Venant
+/// and Kirchhoff's law the frequency rises by 1.5 times the strain, 3 % of the 10 % that [`SAFETY`] leaves.
 const STRAIN_CHANGE: f64 = 0.02;
 
-/// Lanczos vectors. The largest Ritz value is then within 1e-3 of the eigenvalue on lattices of 10² to 10⁵ particles.
+/// Lanczos vectors. The largest Ritz value is then within 1e-3 of the eigenvalue on lattices of 10² to 10⁵
+/// particles.
 const ITERATIONS: usize = 40;
 
-/// Largest further displacement (fraction of the spacing) of the finite difference that stands for the linearised operator.
+/// Largest further displacement (fraction of the spacing) of the finite difference that stands for the
+/// linearised operator.
 const PROBE: f64 = 1e-5;
 
 impl<const D: usize> Structure<D> {
-    /// The stable step (s) at rest in the reference configuration: [`step_fraction`](crate::Setup::step_fraction) times `2√2/ω_max`; with
-    /// damping `c` the limit on the real axis, `2.78/c`, is kept too. That of a strained structure is [`State::stability`].
+    /// The stable step (s) at rest in the reference configuration:
+    /// [`step_fraction`](crate::Setup::step_fraction) times `2√2/ω_max`; with damping `c` the limit on the
+    /// real axis, `2.78/c`, is kept too. That of a strained structure is [`State::stability`].
     pub fn stable_time_step(&self) -> f64 {
         self.stable_time_step
     }
 
-    /// The stable step of a state whose displacements and their gradients are in the fields: the one `known`, unless the strain has changed much
-    /// since that was found.
+    /// The stable step of a state whose displacements and their gradients are in the fields: the one `known`,
+    /// unless the strain has changed much since that was found.
     pub(crate) fn stability(&mut self, state: &State<D>, known: Stability) -> Stability {
         let strain = self.largest_strain();
         if (strain - known.strain).abs() < STRAIN_CHANGE {
@@ -72,8 +78,8 @@ impl<const D: usize> Structure<D> {
         if damping > 0.0 { step.min(step_fraction * 2.78 / damping) } else { step }
     }
 
-    /// The largest angular frequency `ω_max` (rad/s): Lanczos on `−∂a/∂x`, which for laws with a potential is symmetric in the product weighted with
-    /// the masses; with `y = √m v` in the usual one.
+    /// The largest angular frequency `ω_max` (rad/s): Lanczos on `−∂a/∂x`, which for laws with a potential is
+    /// symmetric in the product weighted with the masses; with `y = √m v` in the usual one.
     fn largest_frequency(&mut self, displacements: &[Vector<D>], amplitude: f64) -> f64 {
         let free: Vec<Free<D>> = self
             .numbering

@@ -17,8 +17,9 @@ pub struct State<const D: usize> {
     pub stability: Stability,
 }
 
-/// The stable sub-step of a state, and the strain that it was found at: large strains stiffen the structure or soften it. It is kept with the state,
-/// so that whatever is computed from a state depends on nothing else.
+/// The stable sub-step of a state, and the strain that it was found at: large strains stiffen the structure
+/// or soften it. It is kept with the state, so that whatever is computed from a state depends on nothing
+/// else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stability {
     /// Largest component of the Green–Lagrange strain, in magnitude, when `step` was found.
@@ -41,7 +42,8 @@ pub struct Energy {
 }
 
 impl Energy {
-    /// `kinetic + strain + dissipated − load work`: constant up to the error of the time integration, for laws with a potential.
+    /// `kinetic + strain + dissipated − load work`: constant up to the error of the time integration, for
+    /// laws with a potential.
     pub fn balance(&self) -> f64 {
         self.kinetic + self.strain + self.dissipated - self.load_work
     }

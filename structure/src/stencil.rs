@@ -1,18 +1,20 @@
 //! Neighbours and their weights, slice by slice of [`LANES`] particles.
 //!
-//! Where the particles of a slice have their neighbours at the same distances in the internal order (lattices, also jittered),
-//! an entry is one offset, and the neighbours of the slice are one run in memory; a lane without that neighbour has weight zero there.
-//! Elsewhere an entry is one index a lane. Slices that look alike (all inside a lattice) share one set of weights.
+//! Where the particles of a slice have their neighbours at the same distances in the internal order
+//! (lattices, also jittered), an entry is one offset, and the neighbours of the slice are one run in memory;
+//! a lane without that neighbour has weight zero there. Elsewhere an entry is one index a lane. Slices that
+//! look alike (all inside a lattice) share one set of weights.
 
 use crate::lanes::LANES;
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Offsets a slice may need beyond its longest list before indices a lane are the better choice: half as many again.
+/// Offsets a slice may need beyond its longest list before indices a lane are the better choice: half as many
+/// again.
 const RUN_EXCESS: f64 = 1.5;
 
-/// Reference differences equal to this fraction of the spacing count as the same pattern: far over round-off of
-/// coordinates, far under any real difference.
+/// Reference differences equal to this fraction of the spacing count as the same pattern: far over round-off
+/// of coordinates, far under any real difference.
 const PATTERN_RESOLUTION: f64 = 1e-9;
 
 /// Neighbours of one slice.
@@ -50,15 +52,17 @@ pub(crate) trait PairOperator {
     fn weights(&self, a: usize, b: usize, out: &mut [f64]);
     /// Number of constants a particle.
     fn constants(&self) -> usize;
-    /// Writes the constants of particle `a` with the neighbours given, or returns `false` where these do not suffice.
+    /// Writes the constants of particle `a` with the neighbours given, or returns `false` where these do not
+    /// suffice.
     fn write_constants(&self, a: usize, neighbours: &[u32], out: &mut [f64]) -> bool;
     /// What the weights of the pair and the constants depend on, in units of the spacing.
     fn features(&self, a: usize, b: usize, out: &mut Vec<f64>);
 }
 
 impl Stencil {
-    /// Adds the slices of one body, of which `rows[a − first]` are the neighbours of the internal particle `a` (empty for fillers).
-    /// Gives the internal index of a particle whose neighbours do not suffice as error.
+    /// Adds the slices of one body, of which `rows[a − first]` are the neighbours of the internal particle
+    /// `a` (empty for fillers). Gives the internal index of a particle whose neighbours do not suffice as
+    /// error.
     pub fn push<O: PairOperator>(
         &mut self,
         slices: Range<usize>,

@@ -15,8 +15,8 @@ use crate::{Error, ErrorKind, SetupError};
 use sph::neighbours::{CellGrid, NeighbourList};
 use sph::{Matrix, Vector};
 
-/// A structure. It holds what never changes in a run (and scratch memory, hence `&mut` where it computes); what does change is a
-/// [`State`].
+/// A structure. It holds what never changes in a run (and scratch memory, hence `&mut` where it computes);
+/// what does change is a [`State`].
 #[derive(Clone, Debug)]
 pub struct Structure<const D: usize> {
     pub(crate) setup: Setup<D>,
@@ -147,8 +147,8 @@ impl<const D: usize> Structure<D> {
         }
     }
 
-    /// Sets the kinetic and strain energy and the stable step of a state made by hand (with initial velocities, say); the works are left as
-    /// they are.
+    /// Sets the kinetic and strain energy and the stable step of a state made by hand (with initial
+    /// velocities, say); the works are left as they are.
     pub fn evaluate(&mut self, state: &mut State<D>) -> Result<(), Error> {
         self.load_state(state)?;
         state.energy.kinetic = self.kinetic_energy();
@@ -194,15 +194,17 @@ impl<const D: usize> Structure<D> {
         Ok(())
     }
 
-    /// The force (N) the clamps put on the structure in a state: what holds the internal forces of the free particles in balance.
+    /// The force (N) the clamps put on the structure in a state: what holds the internal forces of the free
+    /// particles in balance.
     pub fn clamp_reaction(&mut self, state: &State<D>) -> Result<Vector<D>, Error> {
-        // The pair forces cancel over all particles, so those on the fixed ones are minus those on the free ones.
+        // The pair forces cancel over all particles, so those on the fixed ones are minus those on the free
+        // ones.
         let accelerations = self.internal_accelerations(state)?;
         Ok((0..self.len()).fold(Vector::zeros(), |sum, i| sum + accelerations[i] * self.masses[i]))
     }
 
-    /// Accelerations (m/s²) of the internal forces, Eq. (42) without the external term but with the hourglass control; zero for fixed
-    /// particles.
+    /// Accelerations (m/s²) of the internal forces, Eq. (42) without the external term but with the hourglass
+    /// control; zero for fixed particles.
     pub fn internal_accelerations(&mut self, state: &State<D>) -> Result<Vec<Vector<D>>, Error> {
         self.load_state(state)?;
         if let Some(slice) = self.stresses() {
@@ -249,7 +251,8 @@ impl<const D: usize> Structure<D> {
         Ok(())
     }
 
-    /// Positions, velocities and energies to a state from the internal order, the works added to those of `from`.
+    /// Positions, velocities and energies to a state from the internal order, the works added to those of
+    /// `from`.
     pub(crate) fn store_state(&mut self, from: &State<D>, to: &mut State<D>, dt: f64) -> Result<(), Error> {
         to.time = from.time + dt;
         to.positions.resize(self.len(), Vector::zeros());
@@ -355,7 +358,8 @@ fn build_stencil<const D: usize>(setup: &Setup<D>, numbering: &Numbering) -> Res
             .iter()
             .map(|&user| (user != NOBODY).then(|| user as usize - first_user))
             .collect();
-        // A neighbour on the very edge of the support has no weight; round-off must not decide whether it is in the list.
+        // A neighbour on the very edge of the support has no weight; round-off must not decide whether it is
+        // in the list.
         let radius = 2.0 * ratio * body.spacing() * (1.0 - 1e-9);
         let mut list = NeighbourList::default();
         list.rebuild(&body.positions, &CellGrid::new(&body.positions, radius), &body.positions);

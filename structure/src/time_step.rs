@@ -1,7 +1,9 @@
-//! The time step: the paper's fourth-order Runge–Kutta scheme, Eqs. (43)–(45), over the sub-steps of one window.
+//! The time step: the paper's fourth-order Runge–Kutta scheme, Eqs. (43)–(45), over the sub-steps of one
+//! window.
 //!
-//! `x` and `u` at the end are those at the start plus `Δt/6 (k₁ + 2 (k₂ + k₃) + k₄)` with `k_r` the stage's velocity and `k_u` its acceleration;
-//! the stages' velocities are `k_r2 = u + k_u1 Δt/2`, `k_r3 = u + k_u2 Δt/2`, `k_r4 = u + k_u3 Δt` (the paper's Eq. (45) drops `u`).
+//! `x` and `u` at the end are those at the start plus `Δt/6 (k₁ + 2 (k₂ + k₃) + k₄)` with `k_r` the stage's
+//! velocity and `k_u` its acceleration; the stages' velocities are `k_r2 = u + k_u1 Δt/2`,
+//! `k_r3 = u + k_u2 Δt/2`, `k_r4 = u + k_u3 Δt` (the paper's Eq. (45) drops `u`).
 
 use crate::kernels::{self, Stage};
 use crate::state::{Report, State};
@@ -16,8 +18,9 @@ const STAGES: [(f64, Option<f64>, f64); 4] =
 const STEP_TOLERANCE: f64 = 1.0 + 1e-9;
 
 impl<const D: usize> Structure<D> {
-    /// Solves one window of length `dt` (s) in `sub_steps` equal steps from the accepted state `from`, which is not changed, to `to`, whose memory is
-    /// used again. The load belongs to the interface particles. Repeatable to the bit.
+    /// Solves one window of length `dt` (s) in `sub_steps` equal steps from the accepted state `from`, which
+    /// is not changed, to `to`, whose memory is used again. The load belongs to the interface particles.
+    /// Repeatable to the bit.
     ///
     /// Where it fails, `to` holds nothing of use.
     pub fn advance(
@@ -29,7 +32,8 @@ impl<const D: usize> Structure<D> {
         load: &Load<D>,
     ) -> Result<Report, Error> {
         if kernels::is_shared(self.stencil.slices.len()) {
-            // Into the pool once a window: from outside, each pass would wait for a worker to wake up and for its answer.
+            // Into the pool once a window: from outside, each pass would wait for a worker to wake up and for
+            // its answer.
             rayon::scope(|_| self.solve(from, to, dt, sub_steps, load))
         } else {
             self.solve(from, to, dt, sub_steps, load)

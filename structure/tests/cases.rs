@@ -1,4 +1,5 @@
-//! Benchmarks, coarse: the paper's oscillating plate and cantilever, and beams held against finite- and spectral-element references.
+//! Benchmarks, coarse: the paper's oscillating plate and cantilever, and beams held against finite- and
+//! spectral-element references.
 
 use sph::Vector;
 use structure::{
@@ -32,7 +33,8 @@ fn free_positions(setup: &Setup<2>) -> Vec<V> {
     body.positions.iter().zip(&body.clamped).filter(|(_, clamped)| !**clamped).map(|(p, _)| *p).collect()
 }
 
-/// Advances in windows with as many sub-steps as stability asks and calls `see(time, displacement of the point)`.
+/// Advances in windows with as many sub-steps as stability asks and calls
+/// `see(time, displacement of the point)`.
 fn run(
     structure: &mut Structure<2>,
     mut state: State<2>,
@@ -53,7 +55,8 @@ fn run(
     state
 }
 
-/// Period `T c₀/L` and amplitude `A/L` of the oscillating plate of the paper's section 3.1 (Gray et al. 2001).
+/// Period `T c₀/L` and amplitude `A/L` of the oscillating plate of the paper's section 3.1 (Gray et al.
+/// 2001).
 fn oscillating_plate(layers: usize, gradient: Gradient, smoothing_ratio: f64) -> (f64, f64) {
     let (bulk, nu, density): (f64, f64, f64) = (3.25e6, 0.3975, 1000.0);
     let material = Material {
@@ -89,7 +92,8 @@ fn oscillating_plate(layers: usize, gradient: Gradient, smoothing_ratio: f64) ->
     (period * c0 / 0.2, amplitude / 0.2)
 }
 
-/// Paper, Table 3, T/Δx = 10: 77.50 and 0.123. Two per cent, as differences of clamp and probe allow; amplitude three.
+/// Paper, Table 3, T/Δx = 10: 77.50 and 0.123. Two per cent, as differences of clamp and probe allow;
+/// amplitude three.
 #[test]
 fn the_first_order_gradient_gives_the_papers_table_3() {
     let (period, amplitude) = oscillating_plate(10, Gradient::FirstOrder, 1.2);
@@ -105,8 +109,9 @@ fn the_quadratic_gradient_is_right_in_bending_with_four_layers() {
     assert!((amplitude / 0.1148 - 1.0).abs() < 0.01, "{amplitude}");
 }
 
-/// Static cantilever of section 3.1, damped, at a dead end load of 1750 N on a width of 1 mm. Geometrically exact beam: 30.38 mm in
-/// plane stress, 28.05 mm in plane strain (the paper holds it against the linear 33.59 mm). Issue: 1.5 % at 4 layers.
+/// Static cantilever of section 3.1, damped, at a dead end load of 1750 N on a width of 1 mm. Geometrically
+/// exact beam: 30.38 mm in plane stress, 28.05 mm in plane strain (the paper holds it against the linear
+/// 33.59 mm). Issue: 1.5 % at 4 layers.
 #[test]
 fn a_static_cantilever_with_four_layers() {
     for (plane, expected) in [(Plane::Stress, 30.38e-3), (Plane::Strain, 28.05e-3)] {
@@ -136,9 +141,10 @@ fn a_static_cantilever_with_four_layers() {
     }
 }
 
-/// Cantilever block in 3-D, 2 × 0.25 × 0.25 with four layers, under its weight, damped. Timoshenko's beam with ν = 0 (no effect of the
-/// cross-section's strain): w = ρ g A L⁴/(8 E I) + ρ g L²/(2 k G), k = 5/6. Three per cent: a clamp counts as about 0.15 Δx too far
-/// back, 4 · 0.15/32 of the deflection, and 1 % as in 2-D.
+/// Cantilever block in 3-D, 2 × 0.25 × 0.25 with four layers, under its weight, damped. Timoshenko's beam
+/// with ν = 0 (no effect of the cross-section's strain): w = ρ g A L⁴/(8 E I) + ρ g L²/(2 k G), k = 5/6.
+/// Three per cent: a clamp counts as about 0.15 Δx too far back, 4 · 0.15/32 of the deflection, and 1 % as in
+/// 2-D.
 #[test]
 fn a_cantilever_block_in_three_dimensions() {
     let material = Material {

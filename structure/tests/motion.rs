@@ -67,7 +67,8 @@ fn energy_is_kept_over_many_swings() {
         let dt = 0.1 * structure.stable_time_step();
         structure.advance(&from, &mut to, 4000.0 * dt, 4000, &Load::None).unwrap();
         let drift = (to.energy.balance() - from.energy.balance()) / from.energy.balance();
-        // RK4 takes (ω Δt)⁶/72 of a mode's energy a step: with ω Δt ≤ 0.26 at most 4e-6 a step for the roughest, which holds next to none.
+        // RK4 takes (ω Δt)⁶/72 of a mode's energy a step: with ω Δt ≤ 0.26 at most 4e-6 a step for the
+        // roughest, which holds next to none.
         assert!(drift.abs() < 1e-5, "{gradient:?}: {drift}");
         assert!(to.energy.strain > 0.0);
     }
@@ -109,7 +110,8 @@ fn results_are_the_same_to_the_bit_for_any_number_of_threads() {
     }
 }
 
-/// A free body under gravity and a uniform pressure gradient falls as a point: x = ½ a t², exactly for a fourth-order scheme.
+/// A free body under gravity and a uniform pressure gradient falls as a point: x = ½ a t², exactly for a
+/// fourth-order scheme.
 #[test]
 fn a_free_body_falls_and_the_work_of_loads_is_its_kinetic_energy() {
     for gradient in GRADIENTS {

@@ -1,4 +1,5 @@
-//! Properties of the discrete operators: the paper's Eq. (42) term by term, patch tests, forces as gradients of the energy, momenta.
+//! Properties of the discrete operators: the paper's Eq. (42) term by term, patch tests, forces as gradients
+//! of the energy, momenta.
 
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, tensor};
@@ -35,7 +36,8 @@ fn jittered<const D: usize>(fraction: f64, law: Law) -> Body<D> {
     body
 }
 
-/// A free body with cells of its own, offset centroids among them: a lattice at an angle, jittered, in a box without a disc's part.
+/// A free body with cells of its own, offset centroids among them: a lattice at an angle, jittered, in a box
+/// without a disc's part.
 fn celled(law: Law) -> Body<2> {
     let (low, high) = (Vector::zeros(), Vector::from([0.9, 0.4]));
     let outline = without_disc(&rectangle(low, high), &Vector::from([0.0, 0.2]), 0.23, 0.1).unwrap().0;
@@ -162,7 +164,8 @@ fn force_is_the_energys_gradient<const D: usize>(gradient: Gradient, body: Body<
             };
             let force = -(energy(1.0) - energy(-1.0)) / (2.0 * step);
             let acceleration = force / structure.masses()[particle];
-            // Central differences: rounding of the total energy over the step, 1e-16/1e-6 on energies of some 1e3 local ones.
+            // Central differences: rounding of the total energy over the step, 1e-16/1e-6 on energies of some
+            // 1e3 local ones.
             assert!(
                 (acceleration - found[particle][i]).abs() < 1e-6 * scale,
                 "{gradient:?} {particle} {i}: {acceleration} {}",

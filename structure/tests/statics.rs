@@ -1,8 +1,9 @@
-//! Small static deflections of a beam under its weight, by conjugate gradients: scattered particles, a lattice at an angle, and a nearly
-//! incompressible material.
+//! Small static deflections of a beam under its weight, by conjugate gradients: scattered particles, a
+//! lattice at an angle, and a nearly incompressible material.
 //!
-//! Beam of 0.35 m by 0.02 m in plane strain, E = 1.4 MPa, gravity 2 mm/s²: the linear range of the benchmark CSM1. References: biquadratic
-//! finite elements, 35 × 2, 70 × 4, 140 × 8 of them: 67.16, 67.34, 67.41 µm at ν = 0.4 and 59.64, 60.32, 60.58 µm at ν = 0.49.
+//! Beam of 0.35 m by 0.02 m in plane strain, E = 1.4 MPa, gravity 2 mm/s²: the linear range of the benchmark
+//! CSM1. References: biquadratic finite elements, 35 × 2, 70 × 4, 140 × 8 of them: 67.16, 67.34, 67.41 µm at
+//! ν = 0.4 and 59.64, 60.32, 60.58 µm at ν = 0.49.
 
 use sph::Vector;
 use structure::{
@@ -113,8 +114,9 @@ fn scattered(layers: usize, mut seed: u64) -> Vec<V> {
     body.positions
 }
 
-/// Measured: +0.6, +2.1 % (4 layers) and +1.3, +2.2 % (6 layers) as they are, −0.5, −0.4 and +0.4, +0.5 % after one sweep; with the
-/// lattice's volumes instead of the cells' +1.0, +6.5 and +3.1, +6.0 %. A lattice has −0.8 and +0.3 %.
+/// Measured: +0.6, +2.1 % (4 layers) and +1.3, +2.2 % (6 layers) as they are, −0.5, −0.4 and +0.4, +0.5 %
+/// after one sweep; with the lattice's volumes instead of the cells' +1.0, +6.5 and +3.1, +6.0 %. A lattice
+/// has −0.8 and +0.3 %.
 #[test]
 fn scattered_particles_bend_as_they_should() {
     for layers in [4, 6] {
@@ -127,8 +129,8 @@ fn scattered_particles_bend_as_they_should() {
     }
 }
 
-/// A lattice at 15° to the beam, six layers. Measured: +13 % as it is (+28 % with equal volumes), +2.8 % after three sweeps, whose cells
-/// follow the faces.
+/// A lattice at 15° to the beam, six layers. Measured: +13 % as it is (+28 % with equal volumes), +2.8 %
+/// after three sweeps, whose cells follow the faces.
 #[test]
 fn a_lattice_at_an_angle_bends_as_it_should_after_three_sweeps() {
     let (layers, angle) = (6, 15_f64.to_radians());
@@ -148,7 +150,8 @@ fn a_lattice_at_an_angle_bends_as_it_should_after_three_sweeps() {
     assert!((found / REFERENCE - 1.0).abs() < 0.05, "{found}");
 }
 
-/// ν = 0.49, six layers: 60.6 µm or a little more is right; measured −3.0 % (four layers lock: −17 %). Goal 5 %.
+/// ν = 0.49, six layers: 60.6 µm or a little more is right; measured −3.0 % (four layers lock: −17 %). Goal 5
+/// %.
 #[test]
 fn a_nearly_incompressible_beam_with_six_layers() {
     let body = Body::block(V::zeros(), V::from([LENGTH, THICKNESS]), THICKNESS / 6.0, material(0.49), 1000.0)

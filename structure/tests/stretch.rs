@@ -1,4 +1,5 @@
-//! A bar pulled to twice its length and more: stretch over stress by the laws in one dimension, in steps that stay stable as it stiffens.
+//! A bar pulled to twice its length and more: stretch over stress by the laws in one dimension, in steps that
+//! stay stable as it stiffens.
 
 use sph::Vector;
 use structure::{
@@ -13,7 +14,8 @@ const WIDTH: f64 = 0.2;
 const SPACING: f64 = 0.05;
 const YOUNGS_MODULUS: f64 = 1e6;
 
-/// The bar, its end pulled by `traction` (Pa of the reference area) from 0.3 s on. With ν = 0 the clamp does not disturb it.
+/// The bar, its end pulled by `traction` (Pa of the reference area) from 0.3 s on. With ν = 0 the clamp does
+/// not disturb it.
 fn pulled(law: Law, traction: f64) -> Structure<2> {
     let material =
         Material { law, plane: Plane::Strain, youngs_modulus: YOUNGS_MODULUS, poissons_ratio: 0.0 };
@@ -33,7 +35,8 @@ fn pulled(law: Law, traction: f64) -> Structure<2> {
     Structure::new(setup).unwrap()
 }
 
-/// The stretch in the middle at 0.6 s, solved in `windows`, and the least stable sub-step on the way over that at rest.
+/// The stretch in the middle at 0.6 s, solved in `windows`, and the least stable sub-step on the way over
+/// that at rest.
 fn stretch(structure: &mut Structure<2>, windows: usize) -> Result<(f64, f64), Error> {
     let mut state = structure.state_at_rest(0.0);
     let mut next = state.clone();
@@ -51,7 +54,8 @@ fn stretch(structure: &mut Structure<2>, windows: usize) -> Result<(f64, f64), E
     Ok(((at(0.75) - at(0.25)).x / 0.5, least / structure.stable_time_step()))
 }
 
-/// St. Venant and Kirchhoff `P = ½ E (λ³ − λ)`, neo-Hookean `P = ½ E (λ − 1/λ)`, both with ν = 0; what is left is motion, below 1e-3.
+/// St. Venant and Kirchhoff `P = ½ E (λ³ − λ)`, neo-Hookean `P = ½ E (λ − 1/λ)`, both with ν = 0; what is
+/// left is motion, below 1e-3.
 #[test]
 fn a_bar_is_stretched_as_its_law_says() {
     for (law, traction, expected) in [
@@ -65,14 +69,16 @@ fn a_bar_is_stretched_as_its_law_says() {
         let (found, least_step) = stretch(&mut structure, 60).unwrap();
         assert!((found / expected - 1.0).abs() < 1e-3, "{law:?} {traction}: {found} for {expected}");
         if law == Law::StVenantKirchhoff {
-            // dP/dλ = ½ E (3λ² − 1). The step is found anew after every 2 % of strain, and the roughest wave runs along the bar.
+            // dP/dλ = ½ E (3λ² − 1). The step is found anew after every 2 % of strain, and the roughest wave
+            // runs along the bar.
             let stiffening = (0.5 * (3.0 * expected * expected - 1.0)).sqrt();
             assert!((least_step * stiffening - 1.0).abs() < 0.06, "{expected}: {least_step}, {stiffening}");
         }
     }
 }
 
-/// The same in windows so long that the step is not found anew: an error that names the particle and asks for more sub-steps.
+/// The same in windows so long that the step is not found anew: an error that names the particle and asks for
+/// more sub-steps.
 #[test]
 fn a_step_found_at_rest_is_too_long_for_a_stretched_bar() {
     let mut structure = pulled(Law::StVenantKirchhoff, 3.0 * YOUNGS_MODULUS);

@@ -90,7 +90,8 @@ fn where_processes_are_executed_changes_no_result() {
     let (tried, together) = run("tried", "coupling.share_core=true");
     let (apart, never) = run("apart", "coupling.share_core=false");
     assert_same(&tried, &apart);
-    // How many there are otherwise is for the machine to say. A block of them is tried wherever windows take less than a millisecond.
+    // How many there are otherwise is for the machine to say. A block of them is tried wherever windows take
+    // less than a millisecond.
     println!("{together} of 1000 windows on one core");
     assert_eq!(never, 0);
 }

@@ -1,4 +1,5 @@
-//! The soft hydrostatic column, coarse: heavy water on a light plate, with the structure's compliance in the fluid's equations and against a moving wall.
+//! The soft hydrostatic column, coarse: heavy water on a light plate, with the structure's compliance in the
+//! fluid's equations and against a moving wall.
 
 use crate::support::{Bench, Outputs, assert_same};
 
@@ -34,12 +35,14 @@ fn first_swing(run: &Outputs) -> (f64, f64) {
 fn a_moving_wall_iterated_moves_as_the_compliant_one_does() {
     let bench = Bench::new();
     let compliant = first_swing(&run(&bench, "compliant", &["--in-process"]));
-    // Half the wet period of 51.8 ms and twice the static 1.11 mm, see the case's README; three layers are 3 % off in the plate alone.
+    // Half the wet period of 51.8 ms and twice the static 1.11 mm, see the case's README; three layers are 3
+    // % off in the plate alone.
     assert!(
         (compliant.0 / 0.0259 - 1.0).abs() < 0.05 && (compliant.1 / 2.2e-3 - 1.0).abs() < 0.08,
         "{compliant:?}"
     );
-    // Iterations to a relative residual of 1e-3: 2.1, 2.6, 4.8, 3.6 and 4.7 in the mean when this was written.
+    // Iterations to a relative residual of 1e-3: 2.1, 2.6, 4.8, 3.6 and 4.7 in the mean when this was
+    // written.
     for (method, order, most) in [
         ("iqn-ils", "serial", 3.0),
         ("iqn-imvj", "serial", 4.5),
@@ -72,7 +75,8 @@ fn a_moving_wall_without_iterations_is_thrown_about() {
     let bench = Bench::new();
     let words = [&COARSE[..], &["--set", "coupling.compliance=false", "--in-process", "--quiet"]].concat();
     let ended = bench.start_run("explicit", &words).wait();
-    // Added mass of six times the plate's in its first mode: the load changes sign and grows from window to window, until the plate is torn.
+    // Added mass of six times the plate's in its first mode: the load changes sign and grows from window to
+    // window, until the plate is torn.
     assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
     assert!(ended.errors.contains("is inverted or torn"), "{}", ended.errors);
     let probes = bench.outputs("explicit").table("probes.csv");

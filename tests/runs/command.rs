@@ -1,4 +1,5 @@
-//! What the command says: mistakes all at once with their exit codes, help, check, schema, outputs, and partners of a user's own.
+//! What the command says: mistakes all at once with their exit codes, help, check, schema, outputs, and
+//! partners of a user's own.
 
 use crate::support::{Bench, COARSE, Ended, MENISCUS};
 use interfaces::Role;
@@ -267,7 +268,8 @@ fn a_participant_may_be_started_by_hand() {
     crate::support::assert_same(&reference, &bench.outputs("out"));
 }
 
-/// Both versions of the standard, the same to the bit when exported again; names of an archive's members stand in it as they are.
+/// Both versions of the standard, the same to the bit when exported again; names of an archive's members
+/// stand in it as they are.
 #[test]
 fn the_structure_of_a_case_is_exported_as_a_unit() {
     let bench = Bench::new();

@@ -1,4 +1,5 @@
-//! The coupling loop on partners that are known: order of calls, fields that pass, and the added-mass instability.
+//! The coupling loop on partners that are known: order of calls, fields that pass, and the added-mass
+//! instability.
 
 use coupler::schedule::Schedule;
 use coupler::schemes::serial_explicit::SerialExplicit;
@@ -83,7 +84,8 @@ fn each_side_gets_what_the_scheme_says() {
         let fields = calls.inputs.as_ref().or(calls.outputs.as_ref()).expect("a call with fields");
         fields.get(name).expect("a field of it").to_vec()
     };
-    // Calls of the second window: structure start 10, finish 11, fluid start 12, finish 13, structure start 14, finish 15.
+    // Calls of the second window: structure start 10, finish 11, fluid start 12, finish 13, structure start
+    // 14, finish 15.
     let (accepted, predicted) = (field(7, names::POSITION), field(11, names::POSITION));
     assert_eq!(field(10, names::PRESSURE_GRADIENT), field(6, names::PRESSURE_GRADIENT), "the load held");
     assert_eq!(field(12, names::HELD_PRESSURE_GRADIENT), field(10, names::PRESSURE_GRADIENT));
@@ -261,8 +263,8 @@ fn a_participant_that_leaves_an_error_in_condition_46_is_corrected() {
     run.expect("mocks do not fail");
 }
 
-/// Largest displacement of a mass on a spring under a column of `mass_ratio` times its mass, over the first and over the last quarter of
-/// `windows` windows, each of `phase = ω_s Δt` of the structure alone.
+/// Largest displacement of a mass on a spring under a column of `mass_ratio` times its mass, over the first
+/// and over the last quarter of `windows` windows, each of `phase = ω_s Δt` of the structure alone.
 fn amplitudes(
     (mass_ratio, phase): (f64, f64),
     windows: usize,
@@ -304,7 +306,8 @@ fn a_compliant_fluid_that_meets_the_mean_velocity_is_stable_for_any_mass_and_sti
                 let (first, last) = amplitudes((mass_ratio, phase), 2000, scheme, Mean, "wall=compliant");
                 // The eigenvalues stand within the unit circle; 2000 windows may add their round-off.
                 assert!(last <= first * (1.0 + 1e-9), "{mass_ratio} {phase} {relaxation}: {first} {last}");
-                // The first window has the load from before it: none. It then swings as a dry one, and no further.
+                // The first window has the load from before it: none. It then swings as a dry one, and no
+                // further.
                 assert!(first < 0.03, "{mass_ratio} {phase} {relaxation}: {first}");
             }
         }
@@ -315,7 +318,8 @@ fn a_compliant_fluid_that_meets_the_mean_velocity_is_stable_for_any_mass_and_sti
 fn the_end_velocity_grows_where_the_structure_answers_with_the_wrong_sign() {
     let half = SerialExplicit { relaxation: 0.5, ..EXPLICIT };
     for mass_ratio in [0.5, 9.0] {
-        // sin ω_s Δt < 0: growth of 1.038 and 1.083 a window at 3.2, by the eigenvalues of the linear recursion.
+        // sin ω_s Δt < 0: growth of 1.038 and 1.083 a window at 3.2, by the eigenvalues of the linear
+        // recursion.
         let (first, last) = amplitudes((mass_ratio, 3.2), 400, half, End, "wall=compliant velocity=end");
         assert!(last > 100.0 * first, "{mass_ratio}: {first} {last}");
         for phase in [0.01, 0.5, 2.0, 3.0] {
@@ -326,14 +330,16 @@ fn the_end_velocity_grows_where_the_structure_answers_with_the_wrong_sign() {
     }
 }
 
-/// The structure's velocity against the column's, `d`, and the load's share in it over a window, `f = Δt F/m_s`, follow, for windows that are short
-/// against the period, `d' = −μ d − (1 + μ) f`, `f' = −μ d − μ f`: roots `−μ ± √(μ² + μ)`, outside the unit circle for `μ > 1/3`.
+/// The structure's velocity against the column's, `d`, and the load's share in it over a window,
+/// `f = Δt F/m_s`, follow, for windows that are short against the period, `d' = −μ d − (1 + μ) f`,
+/// `f' = −μ d − μ f`: roots `−μ ± √(μ² + μ)`, outside the unit circle for `μ > 1/3`.
 #[test]
 fn a_moving_wall_diverges_from_a_third_of_the_structures_mass_whatever_the_window() {
     for phase in [0.001, 0.1] {
         for (mass_ratio, grows) in [(0.1, false), (0.3, false), (0.4, true), (1.0, true), (9.0, true)] {
             let (first, last) = amplitudes((mass_ratio, phase), 400, EXPLICIT, End, "wall=moving");
-            // The slowest growth is 1.15 a window, at 0.4; what does not grow swings as a heavier mass does, by no more than it began with.
+            // The slowest growth is 1.15 a window, at 0.4; what does not grow swings as a heavier mass does,
+            // by no more than it began with.
             let factor = last / first.max(0.01);
             assert_eq!(factor > 10.0, grows, "{mass_ratio} {phase}: {first} {last}");
         }

@@ -17,8 +17,9 @@ fn processes_threads_and_in_process_give_the_same_bits() {
     }
 }
 
-/// The structure gains what the loads give it, and no more: 3.4e-6 J was the most that a run of 0.4 s was off, at 0.7 J of strain energy. With
-/// the paper's law, which has no potential, 8 particles through the gate gained 1.6 J from nothing by 0.29 s.
+/// The structure gains what the loads give it, and no more: 3.4e-6 J was the most that a run of 0.4 s was
+/// off, at 0.7 J of strain energy. With the paper's law, which has no potential, 8 particles through the gate
+/// gained 1.6 J from nothing by 0.29 s.
 fn structure_gains_what_the_loads_give(run: &Outputs) {
     let windows = run.table("windows.csv");
     let column = |name: &str| windows.get(&format!("structure.{name}")).expect("a column").to_vec();
@@ -55,7 +56,8 @@ fn both_loads_keep_energy_volume_and_condition_46() {
         let run = bench.coarse_gate(load, &[&long[..], &["--set", &set]].concat());
         kept(&run);
         let tip = run.summary().probes["tip.ux"].max;
-        // Half of the experiment's 38–48 mm at its peak is reached about there; the coarse gate is within a factor.
+        // Half of the experiment's 38–48 mm at its peak is reached about there; the coarse gate is within a
+        // factor.
         assert!((0.01..0.06).contains(&tip), "{load}: {tip}");
     }
 }

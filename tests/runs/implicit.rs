@@ -66,8 +66,8 @@ fn iterations(accepted: &[Accepted]) -> Vec<u32> {
     accepted.iter().map(|a| a.window.iteration + 1).collect()
 }
 
-/// One unknown in truth: every point feels the same. The residual contracts by `1 − r (1 + μ)` with constant relaxation, and two residuals tell the secant
-/// methods all there is to know: the third iterate is exact.
+/// One unknown in truth: every point feels the same. The residual contracts by `1 − r (1 + μ)` with constant
+/// relaxation, and two residuals tell the secant methods all there is to know: the third iterate is exact.
 #[test]
 fn added_mass_that_diverges_explicitly_converges_in_known_numbers_of_iterations() {
     let windows = 20;
@@ -81,7 +81,8 @@ fn added_mass_that_diverges_explicitly_converges_in_known_numbers_of_iterations(
         // With what earlier windows told, one image is enough to know the next iterate.
         for multi_vector in [false, true] {
             let reused = count(quasi_newton(8, multi_vector), false);
-            // What is left when the first window's difference is forgotten after 8 windows are differences of 1e-8, right to 1e-8: a third image.
+            // What is left when the first window's difference is forgotten after 8 windows are differences of
+            // 1e-8, right to 1e-8: a third image.
             let mean = f64::from(reused.iter().sum::<u32>()) / windows as f64;
             assert!(reused.iter().all(|&n| n <= 3) && mean <= 2.2, "{mass_ratio}: {reused:?}");
         }
@@ -89,7 +90,8 @@ fn added_mass_that_diverges_explicitly_converges_in_known_numbers_of_iterations(
         let parallel = count(quasi_newton(8, false), true);
         assert!(parallel[0] <= 5 && parallel[3..].iter().all(|&n| n <= 3), "{mass_ratio}: {parallel:?}");
     }
-    // H(x) = y₀ − 9 x with the fixed point y₀/10: residuals y₀ 2⁻ᵏ of iterates near y₀/10 are below 1e-8 of them at k = log₂ 1e9 = 29.9, the 31st iteration.
+    // H(x) = y₀ − 9 x with the fixed point y₀/10: residuals y₀ 2⁻ᵏ of iterates near y₀/10 are below 1e-8 of
+    // them at k = log₂ 1e9 = 29.9, the 31st iteration.
     let mut pair = column(9.0, End, &Log::default());
     let (accepted, _) = run(&mut pair, &mut scheme(Acceleration::Constant(0.05), false), 1, 1e-4);
     assert_eq!(iterations(&accepted), [31]);
@@ -109,7 +111,8 @@ fn every_acceleration_comes_to_the_same_motion() {
     for velocity in [Mean, End] {
         let heights = |acceleration, parallel| {
             let mut pair = column(9.0, velocity, &Log::default());
-            // Constant relaxation against the mean velocity, which answers half as much: 1 − 0.05 · 5.5 an iteration, 58 to 1e-8.
+            // Constant relaxation against the mean velocity, which answers half as much: 1 − 0.05 · 5.5 an
+            // iteration, 58 to 1e-8.
             let mut scheme = Implicit { iterations_limit: 80, ..scheme(acceleration, parallel) };
             run(&mut pair, &mut scheme, 100, 1e-3).1
         };
@@ -124,7 +127,8 @@ fn every_acceleration_comes_to_the_same_motion() {
         ] {
             let found = heights(acceleration.clone(), parallel);
             for (a, b) in found.iter().zip(&reference) {
-                // Residuals of 1e-8 of the load, 40 N over 1 kg (1 + μ) and 1e-3 s a window, over a hundred windows.
+                // Residuals of 1e-8 of the load, 40 N over 1 kg (1 + μ) and 1e-3 s a window, over a hundred
+                // windows.
                 assert!((a - b).abs() < 1e-7, "{velocity:?} {acceleration:?} {parallel}: {a} {b}");
             }
         }
@@ -147,7 +151,8 @@ fn a_window_is_solved_again_with_growing_iterations_and_only_the_last_is_accepte
     assert_eq!(log.brief(), expected);
     assert_eq!(pair.residuals.len(), count as usize);
     assert!(pair.residuals.windows(2).all(|pair| pair[1].relative < pair[0].relative));
-    // The load of the window is the one under which the structure was solved, and the fluid answers with the same.
+    // The load of the window is the one under which the structure was solved, and the fluid answers with the
+    // same.
     for (x, y) in pair.load.iter().zip(pair.new_load()) {
         assert!((x - y).abs() <= 1e-8 * y.abs());
     }
@@ -186,8 +191,9 @@ fn the_limit_continues_stops_or_shrinks_as_the_case_says() {
         .expect_err("it is no better when small");
     let SchemeError::NotConverged { size, .. } = error else { panic!("{error}") };
     assert_eq!(size, 1e-4 / 1024.0);
-    // r = 0.1 suits a window in which the spring hardly moves; in 0.02 s it does (ω Δt = 1.3), and 12 iterations do not converge. The window shrinks until
-    // they do, and the next starts from what the schedule allows.
+    // r = 0.1 suits a window in which the spring hardly moves; in 0.02 s it does (ω Δt = 1.3), and 12
+    // iterations do not converge. The window shrinks until they do, and the next starts from what the
+    // schedule allows.
     let fluid = side(build("added-mass-column wall=moving mass=9").expect("a mock"));
     let structure = side(build("spring-mass stiffness=4e3 displacement=0,0.01").expect("a mock"));
     let mut pair = Pair::initialize(fluid, structure, 0.0, End).expect("they fit");
@@ -232,7 +238,8 @@ fn a_parallel_explicit_window_solves_both_at_once_with_what_the_last_one_gave() 
         met.skip(1).eq(velocities[..velocities.len() - 1].iter().copied()),
         "the fluid meets the velocity that the structure had in the last window"
     );
-    // A tenth of the mass as added mass: the lag by two windows neither grows nor, in 16 periods, takes more than half.
+    // A tenth of the mass as added mass: the lag by two windows neither grows nor, in 16 periods, takes more
+    // than half.
     let largest = |part: &[f64]| part.iter().fold(0.0_f64, |m, h| m.max(*h));
     let (first, last) = (largest(&heights[..200]), largest(&heights[800..]));
     assert!(last < 1.5 * first && last > 0.5 * first, "{first} {last}");

@@ -1,4 +1,5 @@
-//! A structure or a fluid with points of its own, the vertices of a boundary mesh, beside a partner that meets particles in the bodies.
+//! A structure or a fluid with points of its own, the vertices of a boundary mesh, beside a partner that
+//! meets particles in the bodies.
 
 use crate::support::{Bench, MENISCUS};
 use coupler::mapped::fluid::MappedFluid;
@@ -42,8 +43,8 @@ const EXPLICIT: SerialExplicit = SerialExplicit { relaxation: 1.0, enforce: true
 /// The plate's outline in cells of 1 cm: 44 vertices.
 const MESH: &str = "outline=20x2 spacing=0.01";
 
-/// A plate that swings by a right angle about a corner: every particle stays where it is in the plate, with the weights made once or anew every window, for
-/// all methods that carry linear fields.
+/// A plate that swings by a right angle about a corner: every particle stays where it is in the plate, with
+/// the weights made once or anew every window, for all methods that carry linear fields.
 #[test]
 fn a_rigid_motion_of_the_mesh_is_one_of_the_particles() {
     use MappingMethod::{NearestNeighbourGradient, NearestProjection};
@@ -61,7 +62,8 @@ fn a_rigid_motion_of_the_mesh_is_one_of_the_particles() {
         EXPLICIT.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("mocks do not fail");
         let found = pair.accepted_position().expect("given");
         for (x, reference) in found.chunks_exact(2).zip(filling().positions.chunks_exact(2)) {
-            // (x, y) turned by 90° is (−y, x); round-off of sums of a few terms of up to 0.2 m, ten windows of them where weights are made anew.
+            // (x, y) turned by 90° is (−y, x); round-off of sums of a few terms of up to 0.2 m, ten windows
+            // of them where weights are made anew.
             assert!(
                 (x[0] + reference[1]).abs() < 1e-13 && (x[1] - reference[0]).abs() < 1e-13,
                 "{method:?} {rebuild}: {x:?} {reference:?}"
@@ -81,7 +83,8 @@ fn resultant(positions: &[f64], forces: &[f64]) -> [f64; 3] {
     sum
 }
 
-/// The force that the mesh feels is the one that the fluid's load is, and so is its moment, while the plate swings: end to end, through condition (46).
+/// The force that the mesh feels is the one that the fluid's load is, and so is its moment, while the plate
+/// swings: end to end, through condition (46).
 #[test]
 fn force_and_moment_survive_the_way_to_the_mesh() {
     for rebuild in [false, true] {
@@ -89,7 +92,8 @@ fn force_and_moment_survive_the_way_to_the_mesh() {
         let words = format!("prescribed {MESH} law=swing duration=0.1");
         let structure =
             mapped(&words, choice(MappingMethod::NearestProjection, rebuild), &log).expect("a mesh");
-        // Hydrostatic on a submerged body: a load that is another at every particle once the plate has turned.
+        // Hydrostatic on a submerged body: a load that is another at every particle once the plate has
+        // turned.
         let fluid = fluid("hydrostatic level=0.3 plate_thickness=0.02 reaction_factor=0.9");
         let mut pair = Pair::initialize(fluid, structure, 0.0, Mean).expect("they fit");
         let mut schedule = Schedule::new(0.0, 0.1, 0.1, 0.01, SubSteps::Stable);
@@ -158,7 +162,8 @@ fn what_a_mapping_needs_is_named() {
     assert!(error.to_string().contains("failed to map"), "{error}");
 }
 
-/// Our fluid beside a boundary mesh in a process of its own: water on a plate that hangs on a spring, for 0.02 s.
+/// Our fluid beside a boundary mesh in a process of its own: water on a plate that hangs on a spring, for
+/// 0.02 s.
 #[test]
 fn our_fluid_meets_a_boundary_mesh() {
     let bench = Bench::new();
@@ -190,7 +195,8 @@ fn our_fluid_meets_a_boundary_mesh() {
     let outputs = bench.outputs("out");
     let summary = outputs.summary();
     assert_eq!(summary.status, Status::Completed);
-    // 400 N of water on 0.2 m are on the plate, within what it swings: the spring is hardly loaded at once, and the water falls after the plate.
+    // 400 N of water on 0.2 m are on the plate, within what it swings: the spring is hardly loaded at once,
+    // and the water falls after the plate.
     let table = outputs.table("windows.csv");
     let column = |name: &str| table.get(name).expect("a column").to_vec();
     let (given, applied) = (column("force_after_y"), column("force_applied_y"));
@@ -226,8 +232,8 @@ const WETTED: &str = "surface-pressure outline=20x2 spacing=0.01 level=0.3";
 /// A plate of those particles, four through it.
 const PARTICLES: &str = "grid=40x4 spacing=5e-3 origin=2.5e-3,2.5e-3";
 
-/// While the plate swings by a right angle about a corner, every point of the fluid stays where it is on the plate, and the particles feel force and moment
-/// of the pressure on these points.
+/// While the plate swings by a right angle about a corner, every point of the fluid stays where it is on the
+/// plate, and the particles feel force and moment of the pressure on these points.
 #[test]
 fn a_fluid_with_points_of_its_own_goes_with_the_particles_and_pushes_them_as_hard() {
     use FluidMappingMethod::{NearestNeighbourGradient, RadialBasis};
@@ -337,7 +343,8 @@ fn what_a_fluid_behind_a_mapping_needs_is_named() {
     );
 }
 
-/// Our structure beside such a fluid, in processes of their own: a beam that a heavy liquid lifts bends as under the same force at all its particles.
+/// Our structure beside such a fluid, in processes of their own: a beam that a heavy liquid lifts bends as
+/// under the same force at all its particles.
 #[test]
 fn our_structure_meets_a_fluid_with_points_of_its_own() {
     let beam = |rest: &str, load: &str| {
@@ -401,6 +408,7 @@ command = ["{MENISCUS}", "mock", "surface-pressure", "outline=40x4", "spacing=2.
     let (lifted, loaded) = (tip(beam(&fluid, "")), tip(beam("", load)));
     println!("lifted {lifted} m, loaded {loaded} m");
     assert!(loaded > 1e-3, "{loaded}");
-    // 0.2 % less was measured: the pressure turns with the beam's surface, the load at its particles does not.
+    // 0.2 % less was measured: the pressure turns with the beam's surface, the load at its particles does
+    // not.
     assert!((lifted / loaded - 1.0).abs() < 5e-3, "{lifted} {loaded}");
 }

@@ -1,6 +1,7 @@
 //! Every way in which a process of a run can end, and what the others make of it.
 //!
-//! No test asserts a time. Where a death must be noticed, the deadline of an answer is the usual minute, and [`noticed`] allows a fraction of it.
+//! No test asserts a time. Where a death must be noticed, the deadline of an answer is the usual minute, and
+//! [`noticed`] allows a fraction of it.
 
 use crate::support::{Bench, COARSE, Ended, Outputs, Running, assert_same, gone, until};
 use interfaces::Role;
@@ -33,7 +34,8 @@ fn noticed(run: Running) -> Ended {
     ended
 }
 
-/// A failed run has its exit code, names what is in `words`, and leaves everything readable and nobody behind.
+/// A failed run has its exit code, names what is in `words`, and leaves everything readable and nobody
+/// behind.
 fn failed_in_order(bench: &Bench, out: &str, ended: &Ended, words: &[&str]) -> Outputs {
     assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
     let outputs = bench.outputs(out);
@@ -82,7 +84,8 @@ fn a_killed_participant_is_named_and_nothing_is_left() {
     }
 }
 
-/// While a process makes its node, services and ports, iceoryx2 cannot remove what it leaves; a kill at that moment must leave nothing all the same.
+/// While a process makes its node, services and ports, iceoryx2 cannot remove what it leaves; a kill at that
+/// moment must leave nothing all the same.
 #[test]
 fn who_is_killed_while_connecting_leaves_nothing() {
     for millisecond in 0..12 {
@@ -99,7 +102,8 @@ fn who_is_killed_while_connecting_leaves_nothing() {
         let bench = Bench::new();
         let run = endless(&bench, "out", &[]);
         sleep(Duration::from_millis(milliseconds));
-        // The coupler. Participants that it has started end by themselves; if there are none, the next run finds what it left.
+        // The coupler. Participants that it has started end by themselves; if there are none, the next run
+        // finds what it left.
         run.signal(Signal::KILL);
         drop(run);
         bench.coarse_gate("next", &[]);
@@ -328,7 +332,8 @@ fn another_run_at_the_same_time_is_undisturbed() {
     let bench = Bench::new();
     let words = ["--set", "case.end_time=0.06"];
     let alone = bench.coarse_gate("alone", &words);
-    // Of the same user and domain: others die and are cleaned up after while it goes on, and a pause does it no harm.
+    // Of the same user and domain: others die and are cleaned up after while it goes on, and a pause does it
+    // no harm.
     let run = bench.start_run("beside", &[&COARSE, words.as_slice()].concat());
     let other = endless(&bench, "other", &[]);
     let participants: [Pid; 2] = [Role::Fluid, Role::Structure].map(|role| other.participant(role));

@@ -46,7 +46,8 @@ fn conforms(bench: &Bench, role: Role, make: impl Fn(&Case) -> Box<dyn Participa
     let case = coarse_gate();
     let gate = gate_at_rest(&case, &bench.path("gate"));
     let points = gate.get(names::DENSITY).expect("given").len();
-    // A fluid needs a gate where its own geometry leaves room for one; it trembles by a hundredth of a spacing.
+    // A fluid needs a gate where its own geometry leaves room for one; it trembles by a hundredth of a
+    // spacing.
     let inputs = |time: f64, variant: u32, inputs: &mut Fields| {
         plausible(time, variant, inputs);
         for (name, share) in [(names::POSITION, 1e-5), (names::REFERENCE_VOLUME, 0.0), (names::DENSITY, 0.0)]

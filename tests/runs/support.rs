@@ -1,4 +1,5 @@
-//! A bench on which the command is run: a folder, a domain of shared memory that must be empty in the end, processes with a watchdog.
+//! A bench on which the command is run: a folder, a domain of shared memory that must be empty in the end,
+//! processes with a watchdog.
 
 use interfaces::{Address, Role};
 use output::summary::Summary;
@@ -17,7 +18,8 @@ pub const MENISCUS: &str = env!("CARGO_BIN_EXE_meniscus");
 /// Far more than any process of these tests takes, on a loaded machine, unless it is stuck.
 pub const WATCHDOG: Duration = Duration::from_secs(90);
 
-/// The gate of `cases/elastic_gate` with 560 particles of water, two through the rubber, for 0.02 s: a fifth of a second of work.
+/// The gate of `cases/elastic_gate` with 560 particles of water, two through the rubber, for 0.02 s: a fifth
+/// of a second of work.
 pub const COARSE: [&str; 8] = [
     "cases/elastic_gate",
     "--set",
@@ -224,7 +226,8 @@ impl Outputs {
         Summary::read(&self.0.join("summary.json")).expect("a summary that can be read")
     }
 
-    /// Everything that must not depend on how the run was made: tables but for columns of seconds, and snapshots byte for byte.
+    /// Everything that must not depend on how the run was made: tables but for columns of seconds, and
+    /// snapshots byte for byte.
     pub fn result(&self) -> Vec<(String, Vec<u64>)> {
         let mut result = Vec::new();
         for name in ["windows.csv", "probes.csv"] {

@@ -1,4 +1,5 @@
-//! Functional mock-up units in a coupling of processes: the exported structure, and one of another hand that may misbehave.
+//! Functional mock-up units in a coupling of processes: the exported structure, and one of another hand that
+//! may misbehave.
 
 #[path = "../../coupler/fmu/tests/spring_unit/mod.rs"]
 mod spring_unit;
@@ -17,8 +18,8 @@ fn export(bench: &Bench, name: &str, words: &[&str]) -> String {
     unit
 }
 
-/// Tables and the fluid's snapshots, without what the two cannot share: the columns of one alone, and the structure's snapshots, whose
-/// particles are all with our solver and those of the interface with a unit.
+/// Tables and the fluid's snapshots, without what the two cannot share: the columns of one alone, and the
+/// structure's snapshots, whose particles are all with our solver and those of the interface with a unit.
 fn shared(one: &Outputs, other: &Outputs) -> usize {
     let (one, other) = (one.result(), other.result());
     let mut compared = 0;
@@ -101,7 +102,8 @@ fn a_foreign_unit_is_a_structure_like_any_other() {
             ));
             assert_eq!(found.len(), expected.len());
             for (one, other) in found.iter().zip(&expected) {
-                // Round-off of about fifty windows; iterated, amplified by the quasi-Newton method up to its convergence of 1e-3.
+                // Round-off of about fifty windows; iterated, amplified by the quasi-Newton method up to its
+                // convergence of 1e-3.
                 let tolerance = if scheme == "serial-explicit" { 1e-9 } else { 2e-3 };
                 assert!((one - other).abs() < tolerance * 10.0, "{scheme}, FMI {version}: {one} {other}");
             }
@@ -197,7 +199,8 @@ fn a_reduced_unit_meets_our_fluid_through_a_mapping() {
         given.iter().zip(&applied).all(|(g, a)| (g - a).abs() <= 1e-9 * g.abs()),
         "{given:?} {applied:?}"
     );
-    // The gate bends as with all 64 particles of its interface: a smooth load at sixteen points is nearly the same load. Measured: 3e-5.
+    // The gate bends as with all 64 particles of its interface: a smooth load at sixteen points is nearly the
+    // same load. Measured: 3e-5.
     let whole = bench.coarse_gate("native", &[]);
     let tip = |outputs: &Outputs| {
         outputs.table("probes.csv").get("tip.ux").expect("a probe").last().copied().expect("rows")
@@ -220,11 +223,13 @@ fn two_foreign_units_are_coupled() {
     let table = bench.outputs("out").table("windows.csv");
     let column = |name: &str| table.get(name).expect("a column").to_vec();
     let (kinetic, dissipated) = (column("structure.kinetic_energy"), column("fluid.dissipated_energy"));
-    // 0.5 kg on 400 N/m, 10 cm to the side, has 2 J, and loses of it exp(-2 gamma t), gamma = 2.5 N s/m / (2 · 0.5 kg).
+    // 0.5 kg on 400 N/m, 10 cm to the side, has 2 J, and loses of it exp(-2 gamma t), gamma = 2.5 N s/m / (2
+    // · 0.5 kg).
     let largest = kinetic.iter().copied().fold(0.0, f64::max);
     assert!((1.5..2.0).contains(&largest), "{largest}");
     let lost = 2.0 * (1.0 - (-5.0 * 0.2_f64).exp());
-    // Where it swings, its loss goes up and down about that by gamma/omega = 0.09; windows of 1 ms add a hundredth.
+    // Where it swings, its loss goes up and down about that by gamma/omega = 0.09; windows of 1 ms add a
+    // hundredth.
     let found = dissipated.last().copied().expect("rows");
     assert!((found / lost - 1.0).abs() < 0.15, "{found} {lost}");
 }

@@ -1,4 +1,5 @@
-//! What happens within a window, and what ends a run before its end time: loads that go linearly over a window, ends asked for, steady states.
+//! What happens within a window, and what ends a run before its end time: loads that go linearly over a
+//! window, ends asked for, steady states.
 
 use coupler::acceleration::Acceleration;
 use coupler::acceleration::quasi_newton::{Choice, QuasiNewton};
@@ -25,7 +26,8 @@ fn pair(fluid: &str, structure: &str, log: &Log) -> Pair {
     Pair::initialize(side(fluid), side(structure), 0.0, Mean).expect("mocks that fit")
 }
 
-/// A mass of 1 kg on a spring of 400 N/m that is pushed by −sin(2π t) N: its height at 0.4 s after windows of `size` (s).
+/// A mass of 1 kg on a spring of 400 N/m that is pushed by −sin(2π t) N: its height at 0.4 s after windows of
+/// `size` (s).
 fn height(structure: &str, load_in_window: LoadInWindow, size: f64, scheme: &SerialExplicit) -> f64 {
     let words = format!("spring-mass stiffness=400 {structure}");
     let mut pair = pair("harmonic gradient=0,1e3 frequency=1", &words, &Log::default());
@@ -49,7 +51,8 @@ fn a_load_that_is_linear_within_a_window_raises_the_order() {
         (fine, (coarse / fine).log2())
     };
     let (held, first) = order("", Held);
-    // The load of a window's end all over it comes half a window too early: first order. Between two right values, second.
+    // The load of a window's end all over it comes half a window too early: first order. Between two right
+    // values, second.
     assert!((first - 1.0).abs() < 0.1, "{first}");
     for structure in ["load=linear", "load=linear integration=rk4"] {
         let (linear, second) = order(structure, Linear);
@@ -61,8 +64,9 @@ fn a_load_that_is_linear_within_a_window_raises_the_order() {
     assert!((asked - height("", Held, 0.01, &EXPLICIT)).abs() < 1e-15, "{asked}");
 }
 
-/// A mass of 1 kg on a spring under a column of `mass_ratio` times its mass, against a moving wall and iterated: the largest height (m) over the last of a
-/// hundred windows, of 0.1 of the structure's own phase, from 1 cm.
+/// A mass of 1 kg on a spring under a column of `mass_ratio` times its mass, against a moving wall and
+/// iterated: the largest height (m) over the last of a hundred windows, of 0.1 of the structure's own phase,
+/// from 1 cm.
 fn last_height(mass_ratio: f64, load_in_window: LoadInWindow, velocity: StructureVelocity) -> f64 {
     let side = |words: &str| Side::new(Box::new(Guarded::new(build(words).expect("a mock"))));
     let fluid = side(&format!("added-mass-column wall=moving mass={mass_ratio}"));
@@ -93,12 +97,14 @@ fn last_height(mass_ratio: f64, load_in_window: LoadInWindow, velocity: Structur
     largest
 }
 
-/// To a held load answers the mean velocity, to a linear one that at the end: each pair is stable at every added mass. The linear load with the mean
-/// velocity has `a₁ = −μ (a₋₁ + 4 a₀ + a₁)/6` for slow modes, which grows over μ = 3.
+/// To a held load answers the mean velocity, to a linear one that at the end: each pair is stable at every
+/// added mass. The linear load with the mean velocity has `a₁ = −μ (a₋₁ + 4 a₀ + a₁)/6` for slow modes, which
+/// grows over μ = 3.
 #[test]
 fn a_linear_load_goes_with_the_velocity_at_the_end() {
     for mass_ratio in [0.5, 2.5, 9.0, 100.0] {
-        // A tenth more than at the start: the fluid's load at the very start is none, of which the first window's ramp takes half.
+        // A tenth more than at the start: the fluid's load at the very start is none, of which the first
+        // window's ramp takes half.
         assert!(last_height(mass_ratio, Held, Mean) < 0.011, "{mass_ratio}");
         assert!(last_height(mass_ratio, Linear, End) < 0.011, "{mass_ratio}");
     }
@@ -107,7 +113,8 @@ fn a_linear_load_goes_with_the_velocity_at_the_end() {
     assert!(last_height(4.0, Linear, Mean) > 1.0);
 }
 
-/// Without a prediction the load comes a window late: first order whatever is done within the window, and each solves once.
+/// Without a prediction the load comes a window late: first order whatever is done within the window, and
+/// each solves once.
 #[test]
 fn a_staggered_window_is_solved_once_by_each() {
     let staggered = SerialExplicit { predict: false, ..EXPLICIT };
@@ -168,8 +175,8 @@ fn a_run_ends_where_the_interface_is_steady() {
     let mut schedule = Schedule::new(0.0, 100.0, 100.0, 0.01, SubSteps::Stable);
     EXPLICIT.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("mocks do not fail");
     assert!(pair.ending.as_deref().is_some_and(|why| why.starts_with("a steady state")), "{:?}", pair.ending);
-    // Velocity and its rate are largest, 20² e^(−10 t) of the departure: below 1e-3 after ln(4e5)/10 = 1.29 s at the latest, give or take a period of
-    // 2π/17.3 s; the 0.2 s on top.
+    // Velocity and its rate are largest, 20² e^(−10 t) of the departure: below 1e-3 after ln(4e5)/10 = 1.29 s
+    // at the latest, give or take a period of 2π/17.3 s; the 0.2 s on top.
     assert!(schedule.time() > 0.7 && schedule.time() < 1.29 + 0.37 + 0.2, "{}", schedule.time());
     let rest = -1.0 / 400.0;
     assert!((pair.structure.scalars[1] / rest - 1.0).abs() < 1e-3, "{:?}", pair.structure.scalars);

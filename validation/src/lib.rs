@@ -1,10 +1,13 @@
-//! Cases held against references: each is run at several resolutions, and what comes out is compared with the true value and with the paper's.
+//! Cases held against references: each is run at several resolutions, and what comes out is compared with the
+//! true value and with the paper's.
 //!
-//! A case folder that holds a `validation.toml` takes part. [`study`] says what stands in it: *series* (a case with overrides, at several
-//! resolutions) and *measures* (a number made of a column of `probes.csv`, with its reference and tolerance). [`mod@run`] runs every variant in this
-//! process and takes the measures; [`tables`] writes them for the terminal and as `validation.csv`, [`page`] as `validation.html`.
+//! A case folder that holds a `validation.toml` takes part. [`study`] says what stands in it: *series* (a
+//! case with overrides, at several resolutions) and *measures* (a number made of a column of `probes.csv`,
+//! with its reference and tolerance). [`mod@run`] runs every variant in this process and takes the measures;
+//! [`tables`] writes them for the terminal and as `validation.csv`, [`page`] as `validation.html`.
 //!
-//! Start reading at [`study::Study`], then [`run::run`]. No solver is known here: the caller hands over how a participant is made.
+//! Start reading at [`study::Study`], then [`run::run`]. No solver is known here: the caller hands over how a
+//! participant is made.
 //!
 //! | notation | meaning |
 //! |---|---|

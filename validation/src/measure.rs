@@ -112,7 +112,8 @@ pub fn take(
     Ok(measure.scale * number)
 }
 
-/// Largest (`sign` 1) or least (`sign` −1) value; of the parabola through the three rows about it where it is not at an end.
+/// Largest (`sign` 1) or least (`sign` −1) value; of the parabola through the three rows about it where it is
+/// not at an end.
 fn extreme(times: &[f64], values: &[f64], sign: f64) -> f64 {
     let at = (0..values.len()).max_by(|&a, &b| (sign * values[a]).total_cmp(&(sign * values[b])));
     let at = at.expect("the caller has seen three rows");
@@ -148,7 +149,8 @@ fn mean(times: &[f64], values: &[f64]) -> f64 {
     area / (times[times.len() - 1] - times[0])
 }
 
-/// Mean time between passages through the middle of the range; that of those downwards and of those upwards, each if there are two.
+/// Mean time between passages through the middle of the range; that of those downwards and of those upwards,
+/// each if there are two.
 fn period(times: &[f64], values: &[f64]) -> Option<f64> {
     let middle = 0.5 * (extreme(times, values, 1.0) + extreme(times, values, -1.0));
     let passages = |sign: f64| -> Vec<f64> {
@@ -167,7 +169,8 @@ fn period(times: &[f64], values: &[f64]) -> Option<f64> {
     (periods > 0).then(|| length / periods as f64)
 }
 
-/// Times at which a course first passes the reference's values from below or above, with the reference's times: `(own, reference's)`.
+/// Times at which a course first passes the reference's values from below or above, with the reference's
+/// times: `(own, reference's)`.
 fn passages(measure: &Measure, times: &[f64], values: &[f64], reference: &Reference) -> Vec<(f64, f64)> {
     let wanted = |t: f64| t >= measure.from && t <= measure.until;
     let first = |value: f64| {
@@ -181,7 +184,8 @@ fn passages(measure: &Measure, times: &[f64], values: &[f64], reference: &Refere
     course.filter_map(|(&t, &value)| Some((first(value)?, t))).collect()
 }
 
-/// The line through points by least squares: mean x, mean y, slope. Nothing through fewer than three, or where they are no numbers.
+/// The line through points by least squares: mean x, mean y, slope. Nothing through fewer than three, or
+/// where they are no numbers.
 fn line(points: &[(f64, f64)]) -> Option<[f64; 3]> {
     let count = points.len() as f64;
     let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
@@ -190,7 +194,8 @@ fn line(points: &[(f64, f64)]) -> Option<[f64; 3]> {
     (points.len() >= 3 && slope.is_finite()).then_some([x, y, slope])
 }
 
-/// Largest rise of the mechanical energy, less what structure and walls gave, over the least before; over that of the first window.
+/// Largest rise of the mechanical energy, less what structure and walls gave, over the least before; over
+/// that of the first window.
 fn energy_rise(windows: &Columns) -> Option<f64> {
     let mut own = vec![0.0; windows.rows()];
     let mut found = false;
@@ -253,7 +258,8 @@ mod tests {
         take(&measure, &swing(), &Columns::default(), &[])
     }
 
-    /// Three rows of 40 a period, the middle one half a row from a sine's peak at worst: their parabola misses it by at most 3·(2π/40)⁴/32 ≈ 6e-5.
+    /// Three rows of 40 a period, the middle one half a row from a sine's peak at worst: their parabola
+    /// misses it by at most 3·(2π/40)⁴/32 ≈ 6e-5.
     #[test]
     fn numbers_of_a_sine_are_its_own() {
         let near = |kind, value: f64, tolerance: f64| {
@@ -288,7 +294,8 @@ mod tests {
         assert!((rate - 1.7).abs() < 1e-12, "{rate}");
     }
 
-    /// A front 1.25 times as fast as the reference's, both straight, through the reference's origin 0.1 s before it.
+    /// A front 1.25 times as fast as the reference's, both straight, through the reference's origin 0.1 s
+    /// before it.
     #[test]
     fn a_front_is_held_against_another_in_speed_and_time() {
         let times: Vec<f64> = (0..50).map(|i| 0.05 * f64::from(i)).collect();

@@ -9,8 +9,9 @@ pub struct Convergence {
     pub limit: f64,
 }
 
-/// Order and limit of `f(h) = limit + C hᵖ` through the three finest of `(h, f)`, sorted from coarse to fine. Nothing if there are fewer than
-/// three, or no order between 0.1 and 8 does it: the values swing, or their steps do not shrink as a power of h.
+/// Order and limit of `f(h) = limit + C hᵖ` through the three finest of `(h, f)`, sorted from coarse to fine.
+/// Nothing if there are fewer than three, or no order between 0.1 and 8 does it: the values swing, or their
+/// steps do not shrink as a power of h.
 pub fn convergence(values: &[(f64, f64)]) -> Option<Convergence> {
     let [(h1, f1), (h2, f2), (h3, f3)] = *values.last_chunk::<3>()?;
     let ratio = (f1 - f2) / (f2 - f3);

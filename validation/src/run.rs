@@ -134,7 +134,8 @@ pub enum Error {
     Interrupted,
 }
 
-/// Runs all studies, and tells of each variant in `tell` as it starts and ends. A variant that fails is a failed measure, no error.
+/// Runs all studies, and tells of each variant in `tell` as it starts and ends. A variant that fails is a
+/// failed measure, no error.
 ///
 /// # Errors
 /// Cases with mistakes, measures that do not fit, outputs that cannot be written, interruption.

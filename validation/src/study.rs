@@ -73,7 +73,8 @@ pub struct Measure {
     pub reference: f64,
     /// Where the true value is from.
     pub source: String,
-    /// Pairs of a resolution and the error allowed from it on, as a fraction (absolute where the reference is zero); none is only shown.
+    /// Pairs of a resolution and the error allowed from it on, as a fraction (absolute where the reference is
+    /// zero); none is only shown.
     #[serde(default)]
     pub tolerance: Vec<(u32, f64)>,
     /// Pairs of a resolution and the paper's value at it; resolution 0 stands for every one.
@@ -103,15 +104,16 @@ pub enum Kind {
     Amplitude,
     /// Largest departure of the mechanical energy from that of the first window, over it; of `windows.csv`.
     EnergyDrift,
-    /// Largest rise of the mechanical energy over the least that it had before, works of structure and walls taken out, over that of the first
-    /// window; of `windows.csv`.
+    /// Largest rise of the mechanical energy over the least that it had before, works of structure and walls
+    /// taken out, over that of the first window; of `windows.csv`.
     EnergyRise,
     /// Its largest magnitude.
     MaxAbs,
     /// Rate of its decay (1/s), the slope of its logarithm with the sign turned, by least squares.
     DecayRate,
-    /// How many times as fast as the reference `against` it passes the reference's values: the slope of the reference's times over its own, by
-    /// least squares, of the values between `from` and `until` of the reference's time.
+    /// How many times as fast as the reference `against` it passes the reference's values: the slope of the
+    /// reference's times over its own, by least squares, of the values between `from` and `until` of the
+    /// reference's time.
     SpeedRatio,
     /// How long it passes the same values before the reference (s), in the mean.
     Lead,
@@ -231,7 +233,8 @@ impl Measure {
     }
 }
 
-/// The case folders below `folder` that have a study of the suite, with it, in the order of their names; only the one called `only`, if any is.
+/// The case folders below `folder` that have a study of the suite, with it, in the order of their names; only
+/// the one called `only`, if any is.
 ///
 /// # Errors
 /// A study that cannot be read, or that there is none.

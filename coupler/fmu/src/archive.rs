@@ -13,7 +13,8 @@ pub struct Archive {
     zip: ZipArchive<File>,
 }
 
-/// An unpacked unit. The folder is removed when it is dropped; of a process that was killed it stays, until the next run empties its outputs.
+/// An unpacked unit. The folder is removed when it is dropped; of a process that was killed it stays, until
+/// the next run empties its outputs.
 #[derive(Debug)]
 pub struct Unpacked {
     folder: PathBuf,

@@ -1,4 +1,5 @@
-//! An instance of FMI 2.0. Names and types are those of the standard's `fmi2Functions.h` and `fmi2TypesPlatform.h`.
+//! An instance of FMI 2.0. Names and types are those of the standard's `fmi2Functions.h` and
+//! `fmi2TypesPlatform.h`.
 
 #![expect(unsafe_code, reason = "C functions, called through pointers")]
 
@@ -14,8 +15,9 @@ use std::ptr::null;
 
 type Handle = *mut c_void;
 type State = *mut c_void;
-/// The standard's logger takes further arguments for the places in its message, which this one leaves unfilled: C lets a function be called with
-/// more arguments than it takes where those it takes are passed alike, as on all platforms with binaries for FMI 2.0.
+/// The standard's logger takes further arguments for the places in its message, which this one leaves
+/// unfilled: C lets a function be called with more arguments than it takes where those it takes are passed
+/// alike, as on all platforms with binaries for FMI 2.0.
 type Log = unsafe extern "C" fn(*mut c_void, *const c_char, i32, *const c_char, *const c_char);
 type Instantiate = unsafe extern "C" fn(
     *const c_char,

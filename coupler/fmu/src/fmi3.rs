@@ -1,4 +1,5 @@
-//! An instance of FMI 3.0. Names and types are those of the standard's `fmi3Functions.h` and `fmi3PlatformTypes.h`.
+//! An instance of FMI 3.0. Names and types are those of the standard's `fmi3Functions.h` and
+//! `fmi3PlatformTypes.h`.
 
 #![expect(unsafe_code, reason = "C functions, called through pointers")]
 
@@ -106,7 +107,8 @@ impl Unit {
         // A unit without resources is told of none.
         let resources = if unpacked.resources.is_dir() { resources.as_ptr() } else { null() };
         let environment = teller.environment();
-        // SAFETY: all texts live during the call; the logger's environment lives as long as the teller, which the instance has.
+        // SAFETY: all texts live during the call; the logger's environment lives as long as the teller, which
+        // the instance has.
         let handle = unsafe {
             instantiate(
                 name.as_ptr(),
@@ -131,7 +133,8 @@ impl Unit {
 
     /// Sets one variable through the function of its type.
     fn set_typed<T>(&mut self, function: &'static str, reference: u32, values: &[T]) -> Result<(), Error> {
-        // SAFETY: the type is that of the standard's header for this function, which all callers take from one table.
+        // SAFETY: the type is that of the standard's header for this function, which all callers take from
+        // one table.
         let status = unsafe {
             let set: Set<T> = self.teller.function(self.library, function)?;
             set(self.handle, &raw const reference, 1, values.as_ptr(), values.len())

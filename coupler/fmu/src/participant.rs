@@ -16,7 +16,8 @@ use output::{ParticleFrame, PointArray, Series};
 use std::path::Path;
 use std::time::Instant;
 
-/// The unit that solves the side `role` of `case`, unpacked below the folder `out`, where a structure's points are written too.
+/// The unit that solves the side `role` of `case`, unpacked below the folder `out`, where a structure's
+/// points are written too.
 ///
 /// # Errors
 /// An archive that cannot be used here, variables that do not fit the case, a unit that refuses to be made.
@@ -200,7 +201,8 @@ impl UnitParticipant {
         Ok(scalars)
     }
 
-    /// Largest next step (s). Where the unit names none, any will do; so will it where it names the largest number there is.
+    /// Largest next step (s). Where the unit names none, any will do; so will it where it names the largest
+    /// number there is.
     fn window_limit(&mut self) -> Result<f64, ParticipantError> {
         let Some(variable) = self.wiring.window_limit.clone() else { return Ok(f64::INFINITY) };
         let limit = self.instance().number(&variable).map_err(failed)?;

@@ -1,4 +1,5 @@
-//! The bytes of a unit's state in an envelope: units need not look at what they are given, and read past the end of what is cut short.
+//! The bytes of a unit's state in an envelope: units need not look at what they are given, and read past the
+//! end of what is cut short.
 
 /// Starts every saved state: what it is, and the version of the envelope.
 const MAGIC: &[u8; 8] = b"mnscfmu1";

@@ -74,7 +74,8 @@ pub fn instantiate(
     file: &Path,
 ) -> Result<Box<dyn Instance>, Error> {
     let failed = |what: String| Error::Library { file: file.to_owned(), what };
-    // SAFETY: opening a library runs its initialisers. That foreign code does as it likes is why a unit has a process of its own.
+    // SAFETY: opening a library runs its initialisers. That foreign code does as it likes is why a unit has a
+    // process of its own.
     let library = unsafe { Library::new(&unpacked.library) }.map_err(|error| failed(error.to_string()))?;
     // It stays open as long as the process: a unit may have threads of its own, which outlive an instance.
     let library: &'static Library = Box::leak(Box::new(library));
@@ -145,7 +146,8 @@ impl Teller {
 /// Prints what the unit says, which ends in the participant's log, and remembers it.
 ///
 /// # Safety
-/// `environment` is a [`Teller::environment`] whose teller lives, or null; `message` ends with a zero, or is null.
+/// `environment` is a [`Teller::environment`] whose teller lives, or null; `message` ends with a zero, or is
+/// null.
 pub(crate) unsafe fn hear(environment: *mut c_void, status: i32, message: *const c_char) {
     if message.is_null() {
         return;

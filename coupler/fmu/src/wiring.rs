@@ -156,7 +156,8 @@ impl Plan<'_> {
             .map(|Found { name, quantity, direction, exchange, values, points: own }| {
                 let port = Port::new(name, quantity, dimension, own.or(points), direction);
                 let port = if exchange == Exchange::Constant { port.constant() } else { port };
-                // A unit takes what is given; what nobody gives stays at its start value, and that is for the partner to know.
+                // A unit takes what is given; what nobody gives stays at its start value, and that is for the
+                // partner to know.
                 let needed =
                     name == names::PRESSURE_GRADIENT || name == names::FORCE || name == names::POSITION;
                 let port = if direction == Direction::In && !needed { port.optional() } else { port };

@@ -73,7 +73,8 @@ fn walk(folder: &Path) -> Box<dyn Iterator<Item = PathBuf>> {
     )
 }
 
-/// Five points of 0.1 kg with 0.5 kg of fluid that rides on them: the mock of the same equation, in Rust, and the unit, in C, move alike.
+/// Five points of 0.1 kg with 0.5 kg of fluid that rides on them: the mock of the same equation, in Rust, and
+/// the unit, in C, move alike.
 #[test]
 fn it_moves_as_the_mock_of_its_equation() {
     let tip = |structure: Box<dyn Participant>| {
@@ -254,7 +255,8 @@ fn a_step_that_fails_is_told_in_the_units_words() {
     }
 }
 
-/// A unit as the fluid: it takes what a structure gives, volumes once, and its drag makes a mass on a spring swing out as the damped one does.
+/// A unit as the fluid: it takes what a structure gives, volumes once, and its drag makes a mass on a spring
+/// swing out as the damped one does.
 #[test]
 fn a_unit_may_be_the_fluid() {
     let workshop = Workshop::new();
@@ -275,6 +277,7 @@ fn a_unit_may_be_the_fluid() {
     // u = u0 exp(-gamma t) (cos wt + gamma/w sin wt), gamma = c/2m = 2.5 1/s, w^2 = k/m - gamma^2.
     let (gamma, omega) = (2.5_f64, (800.0_f64 - 2.5 * 2.5).sqrt());
     let expected = 0.1 * (-gamma).exp() * (omega.cos() + gamma / omega * omega.sin());
-    // The drag of a window is that of the mean velocity that was predicted under the last one: first order in windows of 1e-4 s, c dt/m = 5e-4.
+    // The drag of a window is that of the mean velocity that was predicted under the last one: first order in
+    // windows of 1e-4 s, c dt/m = 5e-4.
     assert!((found - expected).abs() < 1e-3 * 0.1, "{found} {expected}");
 }

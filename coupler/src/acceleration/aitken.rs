@@ -1,4 +1,5 @@
-//! Aitken's dynamic relaxation for vectors (Küttler and Wall 2008, Computational Mechanics 43, 61–72, Eq. 44).
+//! Aitken's dynamic relaxation for vectors (Küttler and Wall 2008, Computational Mechanics 43, 61–72, Eq.
+//! 44).
 
 use super::{sizes, weighed};
 use std::ops::Range;
@@ -22,7 +23,8 @@ impl Aitken {
         Self { first, omega: first, last: Vec::new(), difference: Vec::new() }
     }
 
-    /// The factor for the residual `r` of the image `y`. Two residuals that are the same keep the last factor.
+    /// The factor for the residual `r` of the image `y`. Two residuals that are the same keep the last
+    /// factor.
     pub fn relaxation(&mut self, blocks: &[Range<usize>], y: &[f64], r: &[f64]) -> f64 {
         self.omega = if self.last.is_empty() {
             self.first

@@ -1,7 +1,9 @@
-//! Accelerations of the fixed-point iteration `x ← H(x)` within a window: from iterates and their images, the next iterate.
+//! Accelerations of the fixed-point iteration `x ← H(x)` within a window: from iterates and their images, the
+//! next iterate.
 //!
-//! `x` are the unknowns of the coupling (the load; with a parallel scheme the velocity too), `y = H(x)` what the solvers answer, `r = y − x` the
-//! residual. Everything here is a function of slices: no participant, no file, no clock.
+//! `x` are the unknowns of the coupling (the load; with a parallel scheme the velocity too), `y = H(x)` what
+//! the solvers answer, `r = y − x` the residual. Everything here is a function of slices: no participant, no
+//! file, no clock.
 //!
 //! | method | next iterate | file |
 //! |---|---|---|
@@ -54,8 +56,8 @@ impl Acceleration {
 
     /// Replaces the iterate `x` by the next one, from its image `y` and the residual `r = y − x`.
     ///
-    /// `blocks` are the parts of the vectors of one quantity each: load, velocity. They differ by many orders of magnitude, and a method that
-    /// weighs them together weighs each by its own size.
+    /// `blocks` are the parts of the vectors of one quantity each: load, velocity. They differ by many orders
+    /// of magnitude, and a method that weighs them together weighs each by its own size.
     pub fn next(&mut self, blocks: &[Range<usize>], x: &mut [f64], y: &[f64], r: &[f64]) {
         match self {
             Self::Constant(omega) => relax(*omega, x, r),
@@ -76,7 +78,8 @@ impl Acceleration {
         }
     }
 
-    /// The window starts anew with another size: what its iterates told so far is of another map, and is forgotten.
+    /// The window starts anew with another size: what its iterates told so far is of another map, and is
+    /// forgotten.
     pub fn restart_window(&mut self) {
         match self {
             Self::Constant(_) => {}

@@ -1,14 +1,16 @@
-//! Interface quasi-Newton: inverse least squares (IQN-ILS, Degroote, Bathe and Vierendeels 2009) and inverse multi-vector Jacobian (IQN-IMVJ,
-//! Bogaers et al. 2014), with the filter of Haelterman et al. 2016.
+//! Interface quasi-Newton: inverse least squares (IQN-ILS, Degroote, Bathe and Vierendeels 2009) and inverse
+//! multi-vector Jacobian (IQN-IMVJ, Bogaers et al. 2014), with the filter of Haelterman et al. 2016.
 //!
-//! Differences of residuals `V = [Δr]` and of images `W = [Δy]`, the newest first, tell what `H` does: `Δr = V c` was answered by `Δy = W c`.
-//! To make the residual zero, `c = argmin ‖V c + r‖`, and the next iterate is `y + W c`. The multi-vector method adds what all earlier windows
-//! told, `J_prev`, of which only the factors are kept: `J = J_prev + (W − J_prev V) V⁺`, the next iterate `y − J r`.
+//! Differences of residuals `V = [Δr]` and of images `W = [Δy]`, the newest first, tell what `H` does:
+//! `Δr = V c` was answered by `Δy = W c`. To make the residual zero, `c = argmin ‖V c + r‖`, and the next
+//! iterate is `y + W c`. The multi-vector method adds what all earlier windows told, `J_prev`, of which only
+//! the factors are kept: `J = J_prev + (W − J_prev V) V⁺`, the next iterate `y − J r`.
 //!
-//! The least squares are solved through the factor `R` of `V = Q R`, found as the Cholesky factor of `VᵀV`: its entries are kept, so an iteration
-//! costs one product with every column, `O(N m)`, and nothing of the size of the interface is orthogonalised. A column whose part
-//! orthogonal to the newer ones is below [`Choice::filter`] of itself is left out (QR2 of Haelterman et al.): what it would add is error.
-//! That is also what makes the normal equations safe: with a filter of 1e-3 they lose six of sixteen digits.
+//! The least squares are solved through the factor `R` of `V = Q R`, found as the Cholesky factor of `VᵀV`:
+//! its entries are kept, so an iteration costs one product with every column, `O(N m)`, and nothing of the
+//! size of the interface is orthogonalised. A column whose part orthogonal to the newer ones is below
+//! [`Choice::filter`] of itself is left out (QR2 of Haelterman et al.): what it would add is error. That is
+//! also what makes the normal equations safe: with a filter of 1e-3 they lose six of sixteen digits.
 
 use super::{relax, sizes};
 use crate::flat::{self, dot, dots};
@@ -23,8 +25,8 @@ pub const LEAST_FILTER: f64 = 1e-6;
 pub struct Choice {
     /// Relaxation of an iteration that has no column to go by.
     pub relaxation: f64,
-    /// Earlier windows whose differences are used: as columns (inverse least squares), or as factors of `J_prev` (multi-vector: up to twice as many, before
-    /// it starts anew from so many).
+    /// Earlier windows whose differences are used: as columns (inverse least squares), or as factors of
+    /// `J_prev` (multi-vector: up to twice as many, before it starts anew from so many).
     pub reused_windows: usize,
     /// Whether the earlier windows make a Jacobian of their own.
     pub multi_vector: bool,
@@ -71,7 +73,8 @@ pub struct QuasiNewton {
     last: (Vec<f64>, Vec<f64>),
     /// Per column and block, the product of its residuals with the residual at hand.
     with_residual: Vec<Vec<f64>>,
-    /// Columns that were dropped, for their memory: it is the system's work to clear new memory, and takes longer than filling it.
+    /// Columns that were dropped, for their memory: it is the system's work to clear new memory, and takes
+    /// longer than filling it.
     dropped: Vec<Column>,
 }
 
@@ -157,7 +160,8 @@ impl QuasiNewton {
         }
     }
 
-    /// A column of the difference to the last iteration of this window, if there is one; and the products of all columns with the residual `r`.
+    /// A column of the difference to the last iteration of this window, if there is one; and the products of
+    /// all columns with the residual `r`.
     fn learn(&mut self, blocks: &[Range<usize>], y: &[f64], r: &[f64]) {
         let (mut last_y, mut last_r) = std::mem::take(&mut self.last);
         if last_r.is_empty() {
@@ -251,8 +255,9 @@ impl QuasiNewton {
         }
     }
 
-    /// Forgets all windows but the newest. What a factor holds is what its window told beyond those before it: without them it would say that `H` hardly
-    /// answers. So the factors that stay are made anew, of what was observed (the restart by least squares of Scheufele and Mehl 2017).
+    /// Forgets all windows but the newest. What a factor holds is what its window told beyond those before
+    /// it: without them it would say that `H` hardly answers. So the factors that stay are made anew, of what
+    /// was observed (the restart by least squares of Scheufele and Mehl 2017).
     fn restart(&mut self, blocks: &[Range<usize>]) {
         let mut stay = std::mem::take(&mut self.factors);
         stay.truncate(self.choice.reused_windows);
@@ -291,7 +296,8 @@ struct Triangle {
 }
 
 impl Triangle {
-    /// Appends the column of products with those before it and with itself, unless too little of it is orthogonal to them.
+    /// Appends the column of products with those before it and with itself, unless too little of it is
+    /// orthogonal to them.
     fn append(&mut self, mut with: Vec<f64>, own: f64, filter: f64) -> bool {
         for i in 0..with.len() {
             let known: f64 = dot(&self.columns[i][..i], &with[..i]);

@@ -6,7 +6,8 @@ fn one(n: usize) -> [Range<usize>; 1] {
     std::array::from_fn(|_| 0..n)
 }
 
-/// A linear map `H(x) = A x + b` of `n` unknowns, full, with eigenvalues of a size that no constant relaxation brings to rest at once.
+/// A linear map `H(x) = A x + b` of `n` unknowns, full, with eigenvalues of a size that no constant
+/// relaxation brings to rest at once.
 struct Linear {
     n: usize,
     scale: Vec<f64>,
@@ -58,7 +59,8 @@ fn linear(n: usize) -> Linear {
     Linear { n, scale: vec![1.0; n] }
 }
 
-/// After `n` differences a linear map of `n` unknowns is known: `n + 1` images to know it, one more to see that the residual is gone.
+/// After `n` differences a linear map of `n` unknowns is known: `n + 1` images to know it, one more to see
+/// that the residual is gone.
 #[test]
 fn a_linear_map_of_n_unknowns_is_solved_after_n_differences() {
     for n in [1, 2, 5] {
@@ -82,7 +84,8 @@ fn reused_windows_know_the_map_already() {
     }
 }
 
-/// A map of which each window meets another direction: what the newest windows told must stand when older ones are forgotten.
+/// A map of which each window meets another direction: what the newest windows told must stand when older
+/// ones are forgotten.
 #[test]
 fn the_jacobian_of_many_windows_is_right_about_the_last_ones() {
     let n = 6;
@@ -141,7 +144,8 @@ fn the_units_of_a_block_do_not_matter() {
     }
 }
 
-/// Two residuals on a line: Aitken finds where it crosses zero. H(x) = 1 − 9 x, from 0 with ω = 0.05: 0.05, then 0.1 exactly.
+/// Two residuals on a line: Aitken finds where it crosses zero. H(x) = 1 − 9 x, from 0 with ω = 0.05: 0.05,
+/// then 0.1 exactly.
 #[test]
 fn aitken_by_hand() {
     let mut method = Acceleration::Aitken(Aitken::new(0.05));
@@ -169,7 +173,8 @@ fn the_same_residual_twice_keeps_aitkens_factor_and_adds_no_column() {
     assert!(x[0].is_finite() && x[1].is_finite());
 }
 
-/// The third difference is the sum of the first two but for 1e-5: with a filter of 1e-3 it is left out, and nothing blows up.
+/// The third difference is the sum of the first two but for 1e-5: with a filter of 1e-3 it is left out, and
+/// nothing blows up.
 #[test]
 fn columns_that_tell_nothing_new_are_filtered() {
     let choice = Choice { relaxation: 0.1, reused_windows: 0, multi_vector: false, filter: 1e-3, columns: 9 };

@@ -3,7 +3,8 @@
 use super::{Measured, Series};
 use std::fmt::Write as _;
 
-/// Medians of a window's exchange with preCICE 3.4.1 on a machine of this kind, as published with the goals: points, serial explicit (s).
+/// Medians of a window's exchange with preCICE 3.4.1 on a machine of this kind, as published with the goals:
+/// points, serial explicit (s).
 const PRECICE: [(usize, f64); 4] = [(100, 103e-6), (1_000, 179e-6), (10_000, 1.64e-3), (100_000, 20.4e-3)];
 /// The same with four IQN-ILS iterations at 10 000 points (s).
 const PRECICE_FOUR_ITERATIONS: f64 = 17.6e-3;

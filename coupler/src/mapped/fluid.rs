@@ -1,8 +1,11 @@
-//! A fluid whose points are not those of the structure, behind a mapping: to the coupling it is a fluid that meets the structure's particles.
+//! A fluid whose points are not those of the structure, behind a mapping: to the coupling it is a fluid that
+//! meets the structure's particles.
 //!
-//! The fluid names its own points, such as the wetted vertices of its mesh, where they are at the start (`own_position`). Each window it takes their
-//! displacement since then at the window's start, and their velocity over the window; it gives the force on each. Motion comes from the structure's particles by the weights of a
-//! [`Mapping`] (`u_t = Σ W_ts u_s`); forces go to them by the transpose, as the pressure gradients `∇p_s = −F_s/V_s`: force, moment and power are kept.
+//! The fluid names its own points, such as the wetted vertices of its mesh, where they are at the start
+//! (`own_position`). Each window it takes their displacement since then at the window's start, and their
+//! velocity over the window; it gives the force on each. Motion comes from the structure's particles by the
+//! weights of a [`Mapping`] (`u_t = Σ W_ts u_s`); forces go to them by the transpose, as the pressure
+//! gradients `∇p_s = −F_s/V_s`: force, moment and power are kept.
 
 use super::initialised;
 use crate::mapping::{Mapping, MappingError, Method, POINTS_PER_CLUSTER, Settings};
@@ -30,7 +33,8 @@ pub struct MappedFluid<P> {
     made_at: [Vec<f64>; 2],
     /// Reference volumes of the structure's particles (m³).
     volumes: Vec<f64>,
-    /// Displacements of the structure's particles, and of the fluid's points, since the weights were made (m).
+    /// Displacements of the structure's particles, and of the fluid's points, since the weights were made
+    /// (m).
     scratch: [Vec<f64>; 2],
 }
 
@@ -38,7 +42,8 @@ impl<P: Participant> MappedFluid<P> {
     /// Puts a fluid behind a mapping from the structure's particles.
     ///
     /// # Errors
-    /// Where the fluid lacks what it needs for that: `own_position` and `force` given, `displacement` or `velocity` taken, at its own number of points.
+    /// Where the fluid lacks what it needs for that: `own_position` and `force` given, `displacement` or
+    /// `velocity` taken, at its own number of points.
     pub fn new(inner: P, choice: FluidMapping, announce: Announce) -> Result<Self, ParticipantError> {
         let own = inner.describe();
         let port = |name, direction| {
@@ -202,7 +207,8 @@ impl<P: Participant> Participant for MappedFluid<P> {
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
         let announce = self.announce.clone();
         announce.during(Phase::Mapping, || {
-            // Every iteration of a window begins at the same positions, so the weights of the first serve all.
+            // Every iteration of a window begins at the same positions, so the weights of the first serve
+            // all.
             if self.choice.rebuild && window.iteration == 0 {
                 self.rebuild(inputs)?;
             }

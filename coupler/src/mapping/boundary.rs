@@ -1,6 +1,7 @@
 //! A boundary of facets in a tree of boxes: the facets near a point, and those that a line meets.
 //!
-//! What a search finds does not depend on the shape of the tree: of equal candidates the facet with the smaller number is taken.
+//! What a search finds does not depend on the shape of the tree: of equal candidates the facet with the
+//! smaller number is taken.
 
 use super::cell_grid::distance_squared;
 use super::error::MappingError;
@@ -9,7 +10,8 @@ use super::semidefinite::dot;
 
 /// Facets of a leaf.
 const LEAF: usize = 4;
-/// A tree over `u32` facets, halved at every level, is not deeper; a search leaves one node a level to be looked at, and has two in hand.
+/// A tree over `u32` facets, halved at every level, is not deeper; a search leaves one node a level to be
+/// looked at, and has two in hand.
 const DEPTH: usize = 36;
 
 /// A box, a little widened, with what is in it: children, or facets.
@@ -109,8 +111,9 @@ impl Boundary {
         &self.corners.as_chunks::<D>().0.as_chunks::<D>().0[facet]
     }
 
-    /// Visits facets that may be nearer to `x` than a bound, near boxes first; with `upright` only those that may have a line to it perpendicular to them,
-    /// up to an angle of 1e-6. `visit(facet, bound)` returns the next bound, a distance squared (m²); facets at exactly the bound are visited too.
+    /// Visits facets that may be nearer to `x` than a bound, near boxes first; with `upright` only those that
+    /// may have a line to it perpendicular to them, up to an angle of 1e-6. `visit(facet, bound)` returns the
+    /// next bound, a distance squared (m²); facets at exactly the bound are visited too.
     pub fn visit_near<const D: usize>(
         &self,
         x: &[f64; D],
@@ -149,7 +152,8 @@ impl Boundary {
         }
     }
 
-    /// The nearest point of the boundary, and its distance squared (m²). The search is short where the facet that `hint` names is near.
+    /// The nearest point of the boundary, and its distance squared (m²). The search is short where the facet
+    /// that `hint` names is near.
     pub fn nearest<const D: usize>(
         &self,
         x: &[f64; D],
@@ -179,8 +183,8 @@ impl Boundary {
         Foot { facet, barycentric, position: facet::point(corners, &barycentric) }
     }
 
-    /// The first point beyond `t > after` where the ray `origin + t direction` meets the boundary, with its `t`. The search is short where the facet that
-    /// `hint` names is met soon.
+    /// The first point beyond `t > after` where the ray `origin + t direction` meets the boundary, with its
+    /// `t`. The search is short where the facet that `hint` names is met soon.
     pub fn first_meeting<const D: usize>(
         &self,
         origin: &[f64; D],
@@ -339,14 +343,16 @@ impl Node {
         }
     }
 
-    /// Whether `origin + t direction` meets the box for a `t` in `from..=to`. `inverse` has one over each component of the direction; an
-    /// infinite one makes the two bounds of its axis infinite, of one sign where the origin is outside.
+    /// Whether `origin + t direction` meets the box for a `t` in `from..=to`. `inverse` has one over each
+    /// component of the direction; an infinite one makes the two bounds of its axis infinite, of one sign
+    /// where the origin is outside.
     #[inline]
     fn is_met<const D: usize>(&self, origin: &[f64; D], inverse: &[f64; D], from: f64, to: f64) -> bool {
         let (mut from, mut to) = (from, to * (1.0 + 1e-8));
         for i in 0..D {
             let (low, high) = (self.lower[i] - origin[i], self.upper[i] - origin[i]);
-            // On the very edge of a widened box the product of zero and infinity is no number, and the box may be missed: nothing in it is met there.
+            // On the very edge of a widened box the product of zero and infinity is no number, and the box
+            // may be missed: nothing in it is met there.
             let (a, b) = (low * inverse[i], high * inverse[i]);
             from = larger(from, smaller(a, b));
             to = smaller(to, larger(a, b));
@@ -389,9 +395,11 @@ impl Normals {
         self.across = squared.sqrt() + 1e-7 * dot(&side, &side).sqrt();
     }
 
-    /// Whether no facet has a point within the bound (whose root is in m) from which `x` is perpendicular to the facet, up to an angle of 1e-6.
+    /// Whether no facet has a point within the bound (whose root is in m) from which `x` is perpendicular to
+    /// the facet, up to an angle of 1e-6.
     ///
-    /// With `p` such a point, `n` the unit normal there and `m` the node's vector: what is across `m` of `x − p = ± |x − p| n` is no longer than `|x − p| |n − m|`.
+    /// With `p` such a point, `n` the unit normal there and `m` the node's vector: what is across `m` of
+    /// `x − p = ± |x − p| n` is no longer than `|x − p| |n − m|`.
     #[inline]
     fn is_beside<const D: usize>(&self, x: &[f64; D], bound_root: f64) -> bool {
         let (mut squared, mut along) = (0.0, 0.0);
@@ -438,8 +446,8 @@ impl Stack {
     }
 }
 
-/// Whether every edge of a triangle is run through once in either direction, and every vertex of a polyline is once a first and once a
-/// second.
+/// Whether every edge of a triangle is run through once in either direction, and every vertex of a polyline
+/// is once a first and once a second.
 fn is_closed(facets: &[usize], dimension: usize) -> bool {
     let mut sides: Vec<(usize, usize)> = Vec::new();
     for vertices in facets.chunks_exact(dimension) {
@@ -493,7 +501,8 @@ mod tests {
         }
     }
 
-    /// Of two waves, one in the plane and one in space: no facet with an upright foot within the bound is passed by.
+    /// Of two waves, one in the plane and one in space: no facet with an upright foot within the bound is
+    /// passed by.
     #[test]
     fn finds_all_facets_upright_to_a_point() {
         let line: Vec<[f64; 2]> =

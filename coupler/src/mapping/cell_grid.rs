@@ -19,7 +19,8 @@ pub(super) struct CellGrid {
 }
 
 impl CellGrid {
-    /// Sorts `points` anew, about `points_per_cell` into each cell. There must be a point, and all must be finite.
+    /// Sorts `points` anew, about `points_per_cell` into each cell. There must be a point, and all must be
+    /// finite.
     pub fn rebuild<const D: usize>(&mut self, points: &[[f64; D]], points_per_cell: f64) {
         let (lower, upper) = bounds(points);
         self.lay_cells(&lower, &upper, points.len() as f64 / points_per_cell);
@@ -55,7 +56,8 @@ impl CellGrid {
         self.size
     }
 
-    /// The nearest point and the square of its distance (m²), of equally near ones the first; none if there is none within `reach` (m).
+    /// The nearest point and the square of its distance (m²), of equally near ones the first; none if there
+    /// is none within `reach` (m).
     pub fn nearest<const D: usize>(&self, x: &[f64; D], reach: f64) -> Option<(usize, f64)> {
         let (positions, _) = self.positions.as_chunks::<D>();
         let cell = self.cell(x);
@@ -78,7 +80,8 @@ impl CellGrid {
         (best.0 <= reach * reach).then_some((best.1 as usize, best.0))
     }
 
-    /// Calls `visit(point, position)` for all points of the cells that a ball meets: those within `radius` (m) of `x`, and some more.
+    /// Calls `visit(point, position)` for all points of the cells that a ball meets: those within `radius`
+    /// (m) of `x`, and some more.
     pub fn visit_around<const D: usize>(
         &self,
         x: &[f64; D],
@@ -154,7 +157,8 @@ impl CellGrid {
         }
     }
 
-    /// Distance (m) from `x` to the nearest cell outside the block of `ring` cells around `cell`; infinite where there is none.
+    /// Distance (m) from `x` to the nearest cell outside the block of `ring` cells around `cell`; infinite
+    /// where there is none.
     fn clearance<const D: usize>(&self, x: &[f64; D], cell: [usize; 3], ring: usize) -> f64 {
         let mut clearance = f64::INFINITY;
         for i in 0..D {

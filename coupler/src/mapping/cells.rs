@@ -1,7 +1,9 @@
-//! Targets in the cells of a lattice of clusters, and which source points a row has before any weight is known.
+//! Targets in the cells of a lattice of clusters, and which source points a row has before any weight is
+//! known.
 //!
-//! The lattice's spacing is the radius of the clusters' balls, which stand around its nodes: a target is in balls around corners of its own cell, and
-//! nowhere else. Rows of a cell's targets are parts of the union of the clusters around its corners.
+//! The lattice's spacing is the radius of the clusters' balls, which stand around its nodes: a target is in
+//! balls around corners of its own cell, and nowhere else. Rows of a cell's targets are parts of the union of
+//! the clusters around its corners.
 
 use super::cell_grid::{CellGrid, distance_squared};
 use std::collections::HashMap;
@@ -28,7 +30,8 @@ pub(super) struct Cell {
     pub node: [i64; 3],
     /// Slots of its targets.
     pub targets: Range<usize>,
-    /// Clusters around its corners that have a target of it, or [`NONE`]. The first axis is the last bit of a corner's number.
+    /// Clusters around its corners that have a target of it, or [`NONE`]. The first axis is the last bit of a
+    /// corner's number.
     pub clusters: [u32; CORNERS],
     /// Slots of the union of their points.
     pub union: Range<usize>,

@@ -36,8 +36,9 @@ pub(super) fn nearest<const D: usize>(vertices: &[[f64; D]; D], x: &[f64; D]) ->
     b
 }
 
-/// Whether `x` is certainly off the end of a segment: the line from the nearest point to it is not perpendicular to the segment by an angle of more than 1e-5.
-/// Costs no division. Of a triangle it is never certain.
+/// Whether `x` is certainly off the end of a segment: the line from the nearest point to it is not
+/// perpendicular to the segment by an angle of more than 1e-5. Costs no division. Of a triangle it is never
+/// certain.
 pub(super) fn is_beside<const D: usize>(vertices: &[[f64; D]; D], x: &[f64; D]) -> bool {
     if D != 2 {
         return false;
@@ -52,8 +53,8 @@ pub(super) fn is_beside<const D: usize>(vertices: &[[f64; D]; D], x: &[f64; D]) 
     along > 0.0
 }
 
-/// Whether a line in the plane certainly passes a segment by, with both ends on one side of it, the nearer by 1e-8 of what they are apart. Costs no division. Of
-/// a triangle it is never certain.
+/// Whether a line in the plane certainly passes a segment by, with both ends on one side of it, the nearer by
+/// 1e-8 of what they are apart. Costs no division. Of a triangle it is never certain.
 #[inline]
 pub(super) fn is_missed<const D: usize>(
     vertices: &[[f64; D]; D],
@@ -68,7 +69,8 @@ pub(super) fn is_missed<const D: usize>(
     a * b > 0.0 && a.abs().min(b.abs()) > 1e-8 * (a - b).abs()
 }
 
-/// Where the line `origin + t direction` meets the facet's plane inside the facet: `t` and the point. None if it is parallel or outside.
+/// Where the line `origin + t direction` meets the facet's plane inside the facet: `t` and the point. None if
+/// it is parallel or outside.
 pub(super) fn meet<const D: usize>(
     vertices: &[[f64; D]; D],
     origin: &[f64; D],
@@ -112,8 +114,8 @@ pub(super) fn point<const D: usize>(vertices: &[[f64; D]; D], b: &Barycentric<D>
     x
 }
 
-/// Normal, of the length or twice the area; outwards for facets that go round anticlockwise as seen from outside (the plane: body to the
-/// left).
+/// Normal, of the length or twice the area; outwards for facets that go round anticlockwise as seen from
+/// outside (the plane: body to the left).
 pub(super) fn normal<const D: usize>(vertices: &[[f64; D]; D]) -> [f64; D] {
     let e = minus(&vertices[1], &vertices[0]);
     let mut normal = [0.0; D];

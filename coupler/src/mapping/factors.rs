@@ -1,7 +1,8 @@
 //! `Φ = L D Lᵀ` of eight clusters at once, a lane each, and the form in which one cluster's factors are kept.
 //!
-//! Rows come in blocks of [`BLOCK`]; where a cluster has fewer points, rows of the identity follow. A block of rows holds `L` column by column up to its
-//! own diagonal, [`BLOCK`] entries each: what a block of unknowns needs is in one run.
+//! Rows come in blocks of [`BLOCK`]; where a cluster has fewer points, rows of the identity follow. A block
+//! of rows holds `L` column by column up to its own diagonal, [`BLOCK`] entries each: what a block of
+//! unknowns needs is in one run.
 
 use super::lanes::{LANES, Lanes};
 use pulp::NullaryFnOnce;
@@ -27,7 +28,8 @@ pub(super) fn offset(block: usize) -> usize {
 
 /// The matrices of [`LANES`] clusters and room for their factors.
 pub(super) struct Factorise<'a, const D: usize> {
-    /// Positions of the points, a whole number of blocks; over the support of the functions, none further from another than one.
+    /// Positions of the points, a whole number of blocks; over the support of the functions, none further
+    /// from another than one.
     pub places: &'a [[Lanes; D]],
     /// One where a cluster has the point, zero behind its last.
     pub present: &'a [Lanes],
@@ -66,7 +68,8 @@ impl<const D: usize> Factorise<'_, D> {
         entries
     }
 
-    /// `U = L D` of a block left of the diagonal: what is left of Φ, with the triangle of that block's own rows divided out.
+    /// `U = L D` of a block left of the diagonal: what is left of Φ, with the triangle of that block's own
+    /// rows divided out.
     #[inline(always)]
     fn solve_block(&mut self, block: usize, other: usize) {
         let mut sums = self.entries(block, other);
@@ -159,7 +162,8 @@ mod tests {
         assert_eq!([wendland_c2(0.0), wendland_c2(0.5), wendland_c2(1.0)], [1.0, 3.0 / 16.0, 0.0]);
     }
 
-    /// Clusters of 1 to 8 points on a line, with two blocks of rows: the factors' product is the matrix, and the identity behind it.
+    /// Clusters of 1 to 8 points on a line, with two blocks of rows: the factors' product is the matrix, and
+    /// the identity behind it.
     #[test]
     fn factors_give_the_matrix_back() {
         let rows = 2 * BLOCK;

@@ -1,5 +1,6 @@
-//! Eight numbers at a time, which the compiler turns into the vector instructions of the machine under [`pulp`]'s dispatch. Products and sums are rounded
-//! one by one (none is fused), so that results are the same to the bit whatever the width of the vectors.
+//! Eight numbers at a time, which the compiler turns into the vector instructions of the machine under
+//! [`pulp`]'s dispatch. Products and sums are rounded one by one (none is fused), so that results are the
+//! same to the bit whatever the width of the vectors.
 
 use std::ops::{Add, AddAssign, Mul, Sub, SubAssign};
 

@@ -1,8 +1,9 @@
 //! Mapping between point sets that do not match: motion one way, forces the other way.
 //!
-//! A [`Mapping`] is one sparse matrix `W`, a row for each *target* point and a column for each *source* point, made from positions of both in a
-//! common configuration. The source is the side whose motion is known (the structure, or the vertices of its boundary mesh), the target the side
-//! that follows (the fluid's interface particles).
+//! A [`Mapping`] is one sparse matrix `W`, a row for each *target* point and a column for each *source*
+//! point, made from positions of both in a common configuration. The source is the side whose motion is known
+//! (the structure, or the vertices of its boundary mesh), the target the side that follows (the fluid's
+//! interface particles).
 //!
 //! | | formula | kept |
 //! |---|---|---|
@@ -10,9 +11,10 @@
 //! | [`Mapping::conservative`]: forces | `F_s = Σ_t W_ts F_t` | `Σ F`, by the same sum |
 //! | both | `Σ_s F_s · u_s = Σ_t F_t · u_t` | power, exactly, as one is the other's transpose |
 //!
-//! All methods but the first also give `Σ_s W_ts x_s = x_t`. Then linear fields are exact, and so is a rigid motion by any finite
-//! rotation: `Σ W (R x_s + c) = R x_t + c`. Moments are kept for the same reason, `Σ_s x_s × F_s = Σ_t (Σ_s W_ts x_s) × F_t = Σ_t x_t × F_t`, and not
-//! only in the configuration of the mapping: wherever the source has gone, moments are kept about target positions that were mapped
+//! All methods but the first also give `Σ_s W_ts x_s = x_t`. Then linear fields are exact, and so is a rigid
+//! motion by any finite rotation: `Σ W (R x_s + c) = R x_t + c`. Moments are kept for the same reason,
+//! `Σ_s x_s × F_s = Σ_t (Σ_s W_ts x_s) × F_t = Σ_t x_t × F_t`, and not only in the configuration of the
+//! mapping: wherever the source has gone, moments are kept about target positions that were mapped
 //! themselves. This is why no offset from a surface is carried along apart: it is in the weights.
 //!
 //! | [`Method`] | linear fields | order | weights in a row | for |
@@ -22,14 +24,17 @@
 //! | [nearest projection](Method::NearestProjection) | yes | 2 | up to 4 (6 in space) | a boundary mesh |
 //! | [radial basis functions](Method::RadialBasis) | yes | 2 | 63 | clouds, accuracy |
 //!
-//! A row's weights were counted between lattices in the plane. On points scattered about a lattice of spacing 1/80 a wave of length one was mapped
-//! with root mean square errors of 1.5e-2, 4.0e-4 and, by radial basis functions, 4.0e-5.
+//! A row's weights were counted between lattices in the plane. On points scattered about a lattice of spacing
+//! 1/80 a wave of length one was mapped with root mean square errors of 1.5e-2, 4.0e-4 and, by radial basis
+//! functions, 4.0e-5.
 //!
-//! Weights are applied by one thread; those of all methods but the first are worked out by as many as [`Mapping::use_threads`] allows, each for a part of the
-//! targets: results do not depend on their number. Nothing is allocated in applying a mapping; in rebuilding it, the storage of the last but one is used again.
+//! Weights are applied by one thread; those of all methods but the first are worked out by as many as
+//! [`Mapping::use_threads`] allows, each for a part of the targets: results do not depend on their number.
+//! Nothing is allocated in applying a mapping; in rebuilding it, the storage of the last but one is used
+//! again.
 //!
-//! Start at [`Mapping`]; then a file for each method. Nothing here knows a participant or a field's meaning, but for
-//! [`Mapping::conservative_per_volume`].
+//! Start at [`Mapping`]; then a file for each method. Nothing here knows a participant or a field's meaning,
+//! but for [`Mapping::conservative_per_volume`].
 
 mod boundary;
 mod cell_grid;
@@ -56,7 +61,8 @@ use radial_basis::RadialBasis;
 use rows::Rows;
 use sprs::CsMatViewI;
 
-/// Points in a cluster of radial basis functions where nothing else is asked for: some rings of neighbours around a target in the plane.
+/// Points in a cluster of radial basis functions where nothing else is asked for: some rings of neighbours
+/// around a target in the plane.
 pub const POINTS_PER_CLUSTER: usize = 32;
 
 /// How targets are to follow.
@@ -66,10 +72,11 @@ pub enum Method {
     NearestNeighbour,
     /// The value of the nearest source point, continued with the gradient that its neighbours give.
     NearestNeighbourGradient,
-    /// Barycentric weights on a boundary mesh whose vertices are the source points; a target off it lies on a line between two of its facets.
+    /// Barycentric weights on a boundary mesh whose vertices are the source points; a target off it lies on a
+    /// line between two of its facets.
     NearestProjection {
-        /// Facets, flat: `dimension` source points each. Segments that go round the body anticlockwise, or triangles that do as seen from
-        /// outside. The boundary may be open where no target needs it.
+        /// Facets, flat: `dimension` source points each. Segments that go round the body anticlockwise, or
+        /// triangles that do as seen from outside. The boundary may be open where no target needs it.
         facets: Vec<usize>,
     },
     /// Wendland's C² functions in overlapping clusters of source points, blended.
@@ -84,7 +91,8 @@ pub enum Method {
 pub struct Settings {
     /// Coordinates of a point: 2 or 3.
     pub dimension: usize,
-    /// How far (m) a target may be from the nearest source point; by nearest projection, how far outside the boundary. May be infinite.
+    /// How far (m) a target may be from the nearest source point; by nearest projection, how far outside the
+    /// boundary. May be infinite.
     pub reach: f64,
     /// The method.
     pub method: Method,
@@ -117,7 +125,8 @@ impl Mapping {
     ///
     /// # Errors
     ///
-    /// Where positions are not finite, or a target has no sources that determine its motion: see [`MappingError`].
+    /// Where positions are not finite, or a target has no sources that determine its motion: see
+    /// [`MappingError`].
     pub fn build(settings: Settings, source: &[f64], target: &[f64]) -> Result<Self, MappingError> {
         let Settings { dimension, reach, method } = settings;
         if !(2..=3).contains(&dimension) {
@@ -146,7 +155,8 @@ impl Mapping {
         self.threads = threads;
     }
 
-    /// Builds the mapping anew for points that moved, in the memory that it has. The result is that of [`Mapping::build`], to the bit.
+    /// Builds the mapping anew for points that moved, in the memory that it has. The result is that of
+    /// [`Mapping::build`], to the bit.
     ///
     /// # Errors
     ///
@@ -196,7 +206,8 @@ impl Mapping {
         self.weights.count()
     }
 
-    /// `u_t = Σ_s W_ts u_s`: what moves with the points, as positions and velocities. Fields are flat, `components` doubles a point.
+    /// `u_t = Σ_s W_ts u_s`: what moves with the points, as positions and velocities. Fields are flat,
+    /// `components` doubles a point.
     pub fn consistent(&self, components: usize, source: &[f64], target: &mut [f64]) {
         self.assert_fit(components, source, target);
         match components {
@@ -207,7 +218,8 @@ impl Mapping {
         }
     }
 
-    /// `F_s = Σ_t W_ts F_t`: forces on the targets to forces on the sources. Fields are flat, `components` doubles a point.
+    /// `F_s = Σ_t W_ts F_t`: forces on the targets to forces on the sources. Fields are flat, `components`
+    /// doubles a point.
     pub fn conservative(&self, components: usize, target: &[f64], source: &mut [f64]) {
         self.assert_fit(components, source, target);
         source.fill(0.0);
@@ -219,9 +231,10 @@ impl Mapping {
         }
     }
 
-    /// A load per volume, `g_s = (1/V_s) Σ_t W_ts V_t g_t`: the pressure gradients (Pa/m) that a fluid sends for points of volumes `V_t`
-    /// (m³) act with the forces `−V_t g_t`, and it is these that are kept. The sources take forces `−V_s g_s`. A source without volume, such as the
-    /// vertex of a boundary mesh, takes the force itself: multiply by `−V_t` and use [`Mapping::conservative`].
+    /// A load per volume, `g_s = (1/V_s) Σ_t W_ts V_t g_t`: the pressure gradients (Pa/m) that a fluid sends
+    /// for points of volumes `V_t` (m³) act with the forces `−V_t g_t`, and it is these that are kept. The
+    /// sources take forces `−V_s g_s`. A source without volume, such as the vertex of a boundary mesh, takes
+    /// the force itself: multiply by `−V_t` and use [`Mapping::conservative`].
     ///
     /// # Errors
     ///

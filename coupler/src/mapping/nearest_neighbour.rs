@@ -1,7 +1,7 @@
 //! Nearest neighbour: each target takes the value of the nearest source point.
 //!
-//! Constant fields are exact, and so total forces are kept; rotations and moments are not, but for targets that coincide with sources. The
-//! error falls with the first power of the distance between source points.
+//! Constant fields are exact, and so total forces are kept; rotations and moments are not, but for targets
+//! that coincide with sources. The error falls with the first power of the distance between source points.
 
 use super::cell_grid::CellGrid;
 use super::error::MappingError;

@@ -1,18 +1,21 @@
-//! Nearest neighbour with gradient: the value of the nearest source point, continued with the gradient that its neighbours give.
+//! Nearest neighbour with gradient: the value of the nearest source point, continued with the gradient that
+//! its neighbours give.
 //!
-//! With the nearest source point `x₀`, its neighbours `xᵢ` within a radius `ρ`, `dᵢ = xᵢ − x₀` and `θᵢ = (1 − |dᵢ|²/ρ²)²`, the gradient by
-//! weighted least squares gives for a target `x`
+//! With the nearest source point `x₀`, its neighbours `xᵢ` within a radius `ρ`, `dᵢ = xᵢ − x₀` and
+//! `θᵢ = (1 − |dᵢ|²/ρ²)²`, the gradient by weighted least squares gives for a target `x`
 //!
 //! ```text
 //! u(x) = u₀ + Σ wᵢ (uᵢ − u₀),   wᵢ = θᵢ dᵢ · M⁻¹ (x − x₀),   M = Σ θᵢ dᵢ dᵢᵀ
 //! ```
 //!
-//! so that `Σ w = 1` and `Σ w xᵢ = x`: linear fields are exact, rigid motion among them, and a target on a source point takes its value.
-//! The weights are those of the smallest `Σ wᵢ²/θᵢ` that do this. The error falls with the square of the distance between source points; where
-//! the nearest source point changes, the mapped field jumps by that error.
+//! so that `Σ w = 1` and `Σ w xᵢ = x`: linear fields are exact, rigid motion among them, and a target on a
+//! source point takes its value. The weights are those of the smallest `Σ wᵢ²/θᵢ` that do this. The error
+//! falls with the square of the distance between source points; where the nearest source point changes, the
+//! mapped field jumps by that error.
 //!
-//! The radius is that within which a source point has [`NEIGHBOURS`] others, by the median over some. It grows for a target whose neighbours
-//! do not reach it (all on one face of a thin plate), or only with weights that would amplify errors by more than [`AMPLIFICATION`].
+//! The radius is that within which a source point has [`NEIGHBOURS`] others, by the median over some. It
+//! grows for a target whose neighbours do not reach it (all on one face of a thin plate), or only with
+//! weights that would amplify errors by more than [`AMPLIFICATION`].
 
 use super::cell_grid::{CellGrid, distance_squared};
 use super::error::MappingError;
@@ -28,12 +31,14 @@ const NEIGHBOURS: [usize; 2] = [6, 10];
 const MARGIN: f64 = 1.05;
 /// Source points over which the radius is taken.
 const SAMPLES: usize = 33;
-/// Largest `Σ |w|`: an error in each source value of `ε` is one of at most `ε Σ |w|` in the mapped value. Between lattice points it is under 3.
+/// Largest `Σ |w|`: an error in each source value of `ε` is one of at most `ε Σ |w|` in the mapped value.
+/// Between lattice points it is under 3.
 const AMPLIFICATION: f64 = 16.0;
 /// Growth of the radius where neighbours do not do, and how often: 1.5¹² ≈ 130.
 const GROWTH: f64 = 1.5;
 const GROWTHS: usize = 12;
-/// Largest `|x − Σ w xᵢ|` over the radius: rounding of sums of some dozen terms, of at most a radius times [`AMPLIFICATION`].
+/// Largest `|x − Σ w xᵢ|` over the radius: rounding of sums of some dozen terms, of at most a radius times
+/// [`AMPLIFICATION`].
 const INCONSISTENCY: f64 = 1e-13;
 
 /// A source point near the nearest one.

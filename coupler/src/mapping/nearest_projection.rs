@@ -1,31 +1,36 @@
 //! Nearest projection onto a boundary, continued through the body to its far side.
 //!
-//! A target *on* the boundary takes the values of its facet's vertices with barycentric weights. A target *off* it cannot do with one facet: all
-//! combinations of a facet's vertices lie in the facet's plane, so weights that reproduce the target's own position, which exact rotations
-//! ask for, need points off that plane. (The offset could be turned with the facet's normal instead, but the normal is no linear function of
-//! the vertices in space and mixes components in the plane: no one matrix for vectors of any kind, and no transpose that keeps moments.)
-//! The far side of the body has such points. The line from the foot `a` on the near facet through the target `x` leaves the body at `b` on a
-//! far facet, and with barycentric weights of both feet
+//! A target *on* the boundary takes the values of its facet's vertices with barycentric weights. A target
+//! *off* it cannot do with one facet: all combinations of a facet's vertices lie in the facet's plane, so
+//! weights that reproduce the target's own position, which exact rotations ask for, need points off that
+//! plane. (The offset could be turned with the facet's normal instead, but the normal is no linear function
+//! of the vertices in space and mixes components in the plane: no one matrix for vectors of any kind, and no
+//! transpose that keeps moments.) The far side of the body has such points. The line from the foot `a` on the
+//! near facet through the target `x` leaves the body at `b` on a far facet, and with barycentric weights of
+//! both feet
 //!
 //! ```text
 //! x = (1 − s) a + s b,    u(x) = (1 − s) Σ aᵢ uᵢ + s Σ bᵢ uᵢ,    s = (x − a)·(b − a) / |b − a|²
 //! ```
 //!
-//! `Σ w = 1` and `Σ w xᵢ = x` to round-off for every target, weights of targets inside are positive, and a row has at most `2 D` of them. In a thin
-//! plate this is a motion linear through the thickness, as in plate theory, whatever the size of the facets. A target outside lies on the same line
-//! with `s < 0`.
+//! `Σ w = 1` and `Σ w xᵢ = x` to round-off for every target, weights of targets inside are positive, and a
+//! row has at most `2 D` of them. In a thin plate this is a motion linear through the thickness, as in plate
+//! theory, whatever the size of the facets. A target outside lies on the same line with `s < 0`.
 //!
-//! Linear interpolation along a chord errs by at most `½ |x − a| |x − b| |u''|`. So of the chords that start perpendicular to a facet (and
-//! the one from the nearest point, which in a concave corner is perpendicular to none) that with the smallest `|x − a| |x − b|` is taken: near the tip of a plate the
-//! one through its thickness, not the one along the plate that the nearest facet, the tip, would give.
+//! Linear interpolation along a chord errs by at most `½ |x − a| |x − b| |u''|`. So of the chords that start
+//! perpendicular to a facet (and the one from the nearest point, which in a concave corner is perpendicular
+//! to none) that with the smallest `|x − a| |x − b|` is taken: near the tip of a plate the one through its
+//! thickness, not the one along the plate that the nearest facet, the tip, would give.
 //!
-//! The error falls with the square of the facets' size on the boundary. Inside it has that of the chord as well, which no refinement of the
-//! boundary mends: in a thick body that bends, follow a source that has points inside. A target outside has no choice of chords: beyond the tip
-//! of a plate it is carried by the line along the plate. Where the best chord changes, the mapped field jumps by the difference of two such
+//! The error falls with the square of the facets' size on the boundary. Inside it has that of the chord as
+//! well, which no refinement of the boundary mends: in a thick body that bends, follow a source that has
+//! points inside. A target outside has no choice of chords: beyond the tip of a plate it is carried by the
+//! line along the plate. Where the best chord changes, the mapped field jumps by the difference of two such
 //! errors.
 //!
-//! A body's particles keep their places in it, so the weights are best made once, in the reference configuration: they then move as material
-//! points of the boundary's motion, and nothing is rebuilt. [`super::Mapping::update`] is for targets that slide along.
+//! A body's particles keep their places in it, so the weights are best made once, in the reference
+//! configuration: they then move as material points of the boundary's motion, and nothing is rebuilt.
+//! [`super::Mapping::update`] is for targets that slide along.
 
 use super::boundary::{Boundary, Foot, Stack};
 use super::cell_grid::{bounds, distance_squared};
@@ -102,7 +107,8 @@ impl NearestProjection {
         scratch: &mut Scratch,
         rows: &mut Rows,
     ) -> Result<(), MappingError> {
-        // Targets come in an order in which one is mostly near the next: what was found for the last one is where the search begins.
+        // Targets come in an order in which one is mostly near the next: what was found for the last one is
+        // where the search begins.
         let mut last = Hint::default();
         for point in part {
             let x = &target[point];
@@ -140,7 +146,8 @@ impl NearestProjection {
         }
     }
 
-    /// The best chord through a target inside; none if lines from the boundary through the target leave nowhere.
+    /// The best chord through a target inside; none if lines from the boundary through the target leave
+    /// nowhere.
     fn chord_inside<const D: usize>(
         &self,
         x: &[f64; D],
@@ -151,8 +158,8 @@ impl NearestProjection {
     ) -> Option<Chord<D>> {
         let tried = nearest.facet;
         let mut best = self.chord_from(x, nearest, rounding, hint, line);
-        // A chord is drawn from its nearer foot, so that of a better one is nearer than the root of the best product. In the middle plane of a plate
-        // both feet are equally near, up to rounding.
+        // A chord is drawn from its nearer foot, so that of a better one is nearer than the root of the best
+        // product. In the middle plane of a plate both feet are equally near, up to rounding.
         let limit = |chord: &Chord<D>| (1.0 + 1e-9) * chord.product;
         let bound = best.as_ref().map_or(f64::INFINITY, limit);
         self.boundary.visit_near(x, bound, true, near, |facet, bound| {
@@ -208,8 +215,8 @@ impl NearestProjection {
         self.leaves(&far, &direction).then_some(Chord { product: distance * (distance + t), near, far })
     }
 
-    /// Unit vector from the foot to the target, and their distance (m). Very near a facet it is the facet's normal, as the difference of the two
-    /// is lost in rounding.
+    /// Unit vector from the foot to the target, and their distance (m). Very near a facet it is the facet's
+    /// normal, as the difference of the two is lost in rounding.
     fn direction<const D: usize>(&self, x: &[f64; D], near: &Foot<D>) -> ([f64; D], f64) {
         let off = minus(x, &near.position);
         let distance = dot(&off, &off).sqrt();
@@ -230,7 +237,8 @@ impl NearestProjection {
     }
 }
 
-/// Whether the line from `foot` to `x` is perpendicular to the facet, up to an angle of 1e-6; [`facet::is_beside`] is sure that it is not.
+/// Whether the line from `foot` to `x` is perpendicular to the facet, up to an angle of 1e-6;
+/// [`facet::is_beside`] is sure that it is not.
 fn is_perpendicular<const D: usize>(corners: &[[f64; D]; D], foot: &Foot<D>, x: &[f64; D]) -> bool {
     let off = minus(x, &foot.position);
     let normal = facet::normal(corners);

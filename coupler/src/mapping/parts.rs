@@ -1,6 +1,7 @@
 //! Parts of the targets at the same time.
 //!
-//! What a target's row is does not depend on the part that it is in, so that results are the same for any number of threads.
+//! What a target's row is does not depend on the part that it is in, so that results are the same for any
+//! number of threads.
 
 use super::error::MappingError;
 use super::rows::Rows;
@@ -20,7 +21,8 @@ pub(super) fn part(targets: usize, count: usize, k: usize) -> Range<usize> {
     targets * k / count..targets * (k + 1) / count
 }
 
-/// Does `work` for all `tasks` at the same time, the first by this thread. The error is that of the first task that has one.
+/// Does `work` for all `tasks` at the same time, the first by this thread. The error is that of the first
+/// task that has one.
 pub(super) fn work_off<T: Send>(
     tasks: impl IntoIterator<Item = T>,
     work: impl Fn(T) -> Result<(), MappingError> + Sync,
@@ -39,7 +41,8 @@ pub(super) fn work_off<T: Send>(
     })
 }
 
-/// Scratch memory of each part, and the rows of all but the first before they are put behind those of the part before.
+/// Scratch memory of each part, and the rows of all but the first before they are put behind those of the
+/// part before.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Parts<T> {
     first: T,
@@ -47,8 +50,8 @@ pub(super) struct Parts<T> {
 }
 
 impl<T: Default + Send> Parts<T> {
-    /// Calls `fill(targets, scratch, rows)` for parts of `0..targets`, at most `threads` at a time, and puts the rows of all in order. The error is that of
-    /// the first part that has one.
+    /// Calls `fill(targets, scratch, rows)` for parts of `0..targets`, at most `threads` at a time, and puts
+    /// the rows of all in order. The error is that of the first part that has one.
     pub fn gather(
         &mut self,
         targets: usize,

@@ -1,27 +1,34 @@
 //! Radial basis functions with local support: a partition of unity over clusters of source points.
 //!
-//! Balls of radius `R` around the nodes of a lattice of spacing `R` overlap so that every target is inside one or more (with nodes 1.2 `R` apart a fifth of
-//! the time was saved; the error was 1.4 times as large, and of 400 random clouds six had a target at a corner with no ball to follow). In each ball the source
-//! points are interpolated by a linear polynomial, fitted by least squares, and Wendland's C² function of what the polynomial leaves:
+//! Balls of radius `R` around the nodes of a lattice of spacing `R` overlap so that every target is inside
+//! one or more (with nodes 1.2 `R` apart a fifth of the time was saved; the error was 1.4 times as large, and
+//! of 400 random clouds six had a target at a corner with no ball to follow). In each ball the source points
+//! are interpolated by a linear polynomial, fitted by least squares, and Wendland's C² function of what the
+//! polynomial leaves:
 //!
 //! ```text
 //! s(x) = p(x) + Σ λᵢ φ(|x − xᵢ| / 4R),   φ(q) = (1 − q)⁴ (4q + 1),   Φ λ = f − p
 //! ```
 //!
-//! and `u(x) = Σ_k ω_k(x) s_k(x)`, where `ω_k ∝ φ(|x − c_k| / R)` and `Σ ω_k = 1`. As weights of one ball, with `w₀ = Φ⁻¹ φ(x)`,
+//! and `u(x) = Σ_k ω_k(x) s_k(x)`, where `ω_k ∝ φ(|x − c_k| / R)` and `Σ ω_k = 1`. As weights of one ball,
+//! with `w₀ = Φ⁻¹ φ(x)`,
 //!
 //! ```text
 //! w = w₀ + P (PᵀP)⁻¹ (p(x) − Pᵀ w₀)
 //! ```
 //!
-//! so `Pᵀ w = p(x)`: linear fields are exact to round-off however badly `Φ` is conditioned, and `u` interpolates. `R` is the radius within
-//! which a source point has `points_per_cluster` others (median over some), so the support shrinks with the spacing and the error falls with
-//! its square at least. (H. Wendland, Scattered Data Approximation, 2005, table 9.1 and section 15.4; polynomial apart from the basis functions:
-//! F. Lindner, M. Mehl, B. Uekermann, Radial basis function interpolation for black-box multi-physics simulations, 2017.)
+//! so `Pᵀ w = p(x)`: linear fields are exact to round-off however badly `Φ` is conditioned, and `u`
+//! interpolates. `R` is the radius within which a source point has `points_per_cluster` others (median over
+//! some), so the support shrinks with the spacing and the error falls with its square at least. (H. Wendland,
+//! Scattered Data Approximation, 2005, table 9.1 and section 15.4; polynomial apart from the basis functions:
+//! F. Lindner, M. Mehl, B. Uekermann, Radial basis function interpolation for black-box multi-physics
+//! simulations, 2017.)
 //!
-//! Smooth (but where a cluster is left out for a target that it does not determine) and the most accurate of the methods. When points move each
-//! cluster is factorised, `Φ = L D Lᵀ`, and each target in it takes two triangular solutions and the correction of the polynomial. Eight clusters or targets
-//! are worked on at once, targets of one cell of the lattice together: [`super::cells`] has who is where, [`super::factors`] and [`super::weigh`] the arithmetic.
+//! Smooth (but where a cluster is left out for a target that it does not determine) and the most accurate of
+//! the methods. When points move each cluster is factorised, `Φ = L D Lᵀ`, and each target in it takes two
+//! triangular solutions and the correction of the polynomial. Eight clusters or targets are worked on at
+//! once, targets of one cell of the lattice together: [`super::cells`] has who is where, [`super::factors`]
+//! and [`super::weigh`] the arithmetic.
 
 use super::cell_grid::CellGrid;
 use super::cells::{CORNERS, Cells, NONE, Sources, middle};
@@ -403,7 +410,8 @@ impl Part {
     }
 }
 
-/// Lists which points of a union are in a row of targets in the balls around these corners, and their columns.
+/// Lists which points of a union are in a row of targets in the balls around these corners, and their
+/// columns.
 fn list(inside: u8, union: &[u32], corners: &[u8], taken: &mut Vec<u32>, columns: &mut Vec<u32>) {
     // One more than there are points, so that those that are not in the row can be written over.
     taken.resize(union.len() + 1, 0);

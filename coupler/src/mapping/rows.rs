@@ -32,7 +32,8 @@ impl Rows {
         self.row.push((column as u32, weight));
     }
 
-    /// Ends the row at hand: sorts it, adds up entries of one column in the order in which they came, and leaves out those that are zero.
+    /// Ends the row at hand: sorts it, adds up entries of one column in the order in which they came, and
+    /// leaves out those that are zero.
     pub fn end_row(&mut self) {
         self.sort();
         self.row.clear();

@@ -1,10 +1,12 @@
 //! Small symmetric positive semidefinite systems.
 
-/// Pivots below this fraction of the largest diagonal entry count as zero: a hundred times the rounding error of a sum of squares.
+/// Pivots below this fraction of the largest diagonal entry count as zero: a hundred times the rounding error
+/// of a sum of squares.
 const ZERO_PIVOT: f64 = 1e-14;
 
-/// A solution of `M g = b` for symmetric positive semidefinite `M` (`D×D`) and `b` in its range; for other `b` of the part that pivots
-/// reach, and the caller sees it in the residual. Elimination with pivots from the diagonal.
+/// A solution of `M g = b` for symmetric positive semidefinite `M` (`D×D`) and `b` in its range; for other
+/// `b` of the part that pivots reach, and the caller sees it in the residual. Elimination with pivots from
+/// the diagonal.
 #[inline]
 pub(super) fn solve<const D: usize>(mut m: [[f64; D]; D], mut b: [f64; D]) -> [f64; D] {
     let zero = ZERO_PIVOT * (0..D).map(|i| m[i][i]).fold(0.0, f64::max);

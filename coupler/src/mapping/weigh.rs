@@ -1,18 +1,21 @@
 //! Weights of the targets in one cell: `W` groups of eight targets at once, a lane each.
 //!
-//! Lengths are in radii, from a corner of the cell. The functions are evaluated once for the union of the source points of the cell's clusters.
+//! Lengths are in radii, from a corner of the cell. The functions are evaluated once for the union of the
+//! source points of the cell's clusters.
 
 use super::factors::{BLOCK, offset, wendland_c2};
 use super::lanes::{LANES, Lanes};
 use pulp::NullaryFnOnce;
 
-/// Support of the basis functions over the radius of a cluster. On points scattered about a lattice the error at 4 was half of that at 2, and at 8
-/// a third less again, as a matrix that is harder to invert. No target is further than that from a point of a cluster that it is near.
+/// Support of the basis functions over the radius of a cluster. On points scattered about a lattice the error
+/// at 4 was half of that at 2, and at 8 a third less again, as a matrix that is harder to invert. No target
+/// is further than that from a point of a cluster that it is near.
 pub(super) const SUPPORT: f64 = 4.0;
-/// Largest `Σ |w|` of a cluster. Two source points much nearer to each other than to the rest share large weights of opposite sign, which do no
-/// harm to smooth fields: up to 60 were met in clouds of random points.
+/// Largest `Σ |w|` of a cluster. Two source points much nearer to each other than to the rest share large
+/// weights of opposite sign, which do no harm to smooth fields: up to 60 were met in clouds of random points.
 const AMPLIFICATION: f64 = 256.0;
-/// Largest `|x − Σ w xᵢ|` and `|1 − Σ w|`: rounding of sums of a hundred terms stays below, a target off a plane of sources far above.
+/// Largest `|x − Σ w xᵢ|` and `|1 − Σ w|`: rounding of sums of a hundred terms stays below, a target off a
+/// plane of sources far above.
 const INCONSISTENCY: f64 = 1e-11;
 /// Above this they are corrected once more: some times the rounding of sums of some dozen terms of order one.
 const ROUNDING: f64 = 2e-15;
@@ -204,7 +207,8 @@ impl<const D: usize, const W: usize> Weigh<'_, D, W> {
     }
 }
 
-/// Takes the part of unknown `FROM` out of row `ROW` of a block. (By hand, as loops over a triangle are not unrolled, and sums then not kept in registers.)
+/// Takes the part of unknown `FROM` out of row `ROW` of a block. (By hand, as loops over a triangle are not
+/// unrolled, and sums then not kept in registers.)
 #[inline(always)]
 fn eliminate<const W: usize, const ROW: usize, const FROM: usize>(sums: &mut [[Lanes; W]; BLOCK], l: f64) {
     for w in 0..W {
@@ -268,7 +272,8 @@ impl<const D: usize, const W: usize> NullaryFnOnce for Weigh<'_, D, W> {
         self.backwards();
         let wanted = self.quality();
         let mut quality = self.correct(&wanted);
-        // The polynomial is exact to the rounding of the correction, which is large where the functions left much.
+        // The polynomial is exact to the rounding of the correction, which is large where the functions left
+        // much.
         if quality.keep_errors() {
             quality = self.correct(&quality);
         }

@@ -28,7 +28,8 @@ pub type Build<'a> = dyn Fn(Role) -> Result<Box<dyn Participant>, ParticipantErr
 pub struct Solvers<'a> {
     /// Makes one in this process.
     pub in_process: &'a Build<'a>,
-    /// The executable whose commands `fluid` and `structure` serve them, and whose command `fmu` serves a unit.
+    /// The executable whose commands `fluid` and `structure` serve them, and whose command `fmu` serves a
+    /// unit.
     pub executable: &'a Path,
 }
 
@@ -53,8 +54,8 @@ impl Participants {
         Self { timing, sides: ByRole::new(), children: ByRole::new(), address: None }
     }
 
-    /// Makes or starts all participants of the case, and waits until each was heard of. Whatever comes of it, [`Participants::end`] ends those
-    /// that were started.
+    /// Makes or starts all participants of the case, and waits until each was heard of. Whatever comes of it,
+    /// [`Participants::end`] ends those that were started.
     pub fn start(&mut self, case: &Case, options: &Options, solvers: &Solvers) -> Result<(), RunError> {
         let starts = [
             (Role::Structure, case.structure.as_ref().map(|s| &s.participant)),
@@ -74,7 +75,8 @@ impl Participants {
         let run = new_run();
         // Those that a person starts come last: what the others find wrong is heard of at once.
         starts.sort_by_key(|(_, start)| **start == Start::ByHand);
-        // All are listened for before any is started, and all are started before any is waited for: they build their particles at the same time.
+        // All are listened for before any is started, and all are started before any is waited for: they
+        // build their particles at the same time.
         let mut listening = Vec::new();
         for (role, start) in starts {
             let mut address = Address::new(run.clone(), role);
@@ -132,7 +134,8 @@ impl Participants {
         self.children.values().map(|child| child.borrow().cpu_seconds()).sum()
     }
 
-    /// Where the processes are executed: apart, unless the case lets both that we started share a core with us.
+    /// Where the processes are executed: apart, unless the case lets both that we started share a core with
+    /// us.
     pub(crate) fn placement(&self, case: &Case) -> Placement {
         let may = case.coupling.as_ref().is_some_and(|coupling| coupling.share_core);
         let started: Vec<_> = self.children.values().map(|child| child.borrow().id()).collect();
@@ -151,8 +154,9 @@ impl Participants {
         }
     }
 
-    /// Waits for the processes to end, kills those that do not, removes what they leave in shared memory then, and puts their memory into
-    /// the summary. After a failure there is nothing to wait for: whoever still runs does so because it hangs.
+    /// Waits for the processes to end, kills those that do not, removes what they leave in shared memory
+    /// then, and puts their memory into the summary. After a failure there is nothing to wait for: whoever
+    /// still runs does so because it hangs.
     pub fn end(mut self, summary: &mut Summary, in_order: bool) {
         // Sides that nobody took are told by this that nothing more is wanted.
         self.sides.clear();
@@ -227,7 +231,8 @@ impl Participants {
     }
 }
 
-/// How long a participant of this case waits for the coupler, which may be waiting for the other one to be started by hand.
+/// How long a participant of this case waits for the coupler, which may be waiting for the other one to be
+/// started by hand.
 pub fn participant_deadlines(case: &Case) -> Deadlines {
     let starts =
         [case.structure.as_ref().map(|s| &s.participant), case.fluid.as_ref().map(|f| &f.participant)];

@@ -12,8 +12,8 @@ pub struct Extrapolation {
 }
 
 impl Extrapolation {
-    /// Order 0 takes the last outcome, order 1 and 2 the line and the parabola through the last two and three; before the first window the
-    /// `initial` values stand in.
+    /// Order 0 takes the last outcome, order 1 and 2 the line and the parabola through the last two and
+    /// three; before the first window the `initial` values stand in.
     pub fn new(order: usize, initial: Vec<f64>) -> Self {
         Self { order, initial, outcomes: VecDeque::new() }
     }

@@ -1,14 +1,18 @@
 //! The implicit schemes: a window is solved again until fluid and structure agree on it.
 //!
-//! Per window, from the accepted state at `tⁿ` to `tⁿ⁺¹`, with the unknowns `x` (serial: the load; parallel: the load and the velocity):
+//! Per window, from the accepted state at `tⁿ` to `tⁿ⁺¹`, with the unknowns `x` (serial: the load; parallel:
+//! the load and the velocity):
 //!
 //! 1. the first `x` is extrapolated from the last windows;
-//! 2. `y = H(x)`: *serial*, the structure solves under the load `x`, then the fluid against the motion that came of it; *parallel*, the structure
-//!    under the load and the fluid against the velocity of `x`, both at once. Condition (46) is enforced on the load that the fluid gives;
-//! 3. small enough a residual `r = y − x`: both accept, and the load of the window is `x`, under which the structure was solved;
+//! 2. `y = H(x)`: *serial*, the structure solves under the load `x`, then the fluid against the motion that
+//!    came of it; *parallel*, the structure under the load and the fluid against the velocity of `x`, both at
+//!    once. Condition (46) is enforced on the load that the fluid gives;
+//! 3. small enough a residual `r = y − x`: both accept, and the load of the window is `x`, under which the
+//!    structure was solved;
 //! 4. else the acceleration makes the next `x` of `x`, `y` and `r`, and the window is solved again from 2.
 //!
-//! Nothing that was solved before step 3 is seen by records or outputs: participants solve every time from their accepted state.
+//! Nothing that was solved before step 3 is seen by records or outputs: participants solve every time from
+//! their accepted state.
 
 use super::extrapolation::Extrapolation;
 use super::{Accepted, Onward, Pair, SchemeError};
@@ -91,8 +95,8 @@ impl Implicit {
         Ok(())
     }
 
-    /// Steps 1 to 4: iterates until the window has converged, or the limit decides. The window may have shrunk then; what each iteration left is in
-    /// [`Pair::residuals`].
+    /// Steps 1 to 4: iterates until the window has converged, or the limit decides. The window may have
+    /// shrunk then; what each iteration left is in [`Pair::residuals`].
     fn converge(
         &mut self,
         pair: &mut Pair,
@@ -138,7 +142,8 @@ impl Implicit {
         }
     }
 
-    /// The structure under the load `x`, then the fluid against its motion: `y` is the load that the fluid gives.
+    /// The structure under the load `x`, then the fluid against its motion: `y` is the load that the fluid
+    /// gives.
     fn serial_image(
         &self,
         pair: &mut Pair,
@@ -153,7 +158,8 @@ impl Implicit {
         Ok(())
     }
 
-    /// The structure under the load of `x` and the fluid against the velocity of `x`, at once: `y` is what both give.
+    /// The structure under the load of `x` and the fluid against the velocity of `x`, at once: `y` is what
+    /// both give.
     fn parallel_image(
         &self,
         pair: &mut Pair,

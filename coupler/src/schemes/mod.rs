@@ -82,7 +82,8 @@ pub struct Accepted {
     pub output: Option<u64>,
     /// Condition (46) of the window; nothing without a partner.
     pub condition46: Option<Condition46>,
-    /// Resultant of the load under which the structure was solved, relaxation included; nothing without a partner.
+    /// Resultant of the load under which the structure was solved, relaxation included; nothing without a
+    /// partner.
     pub applied: Option<Resultant>,
 }
 
@@ -92,7 +93,8 @@ impl Accepted {
         Self { window, time, output, condition46: None, applied: None }
     }
 
-    /// The same, with what condition (46) found and the resultant of the load under which the structure was solved.
+    /// The same, with what condition (46) found and the resultant of the load under which the structure was
+    /// solved.
     fn with(self, condition46: Condition46, applied: Resultant) -> Self {
         Self { condition46: Some(condition46), applied: Some(applied), ..self }
     }

@@ -26,7 +26,8 @@ pub struct Pair {
     pub new_velocity: Vec<f64>,
     /// What each iteration of the window at hand left; empty with an explicit scheme.
     pub residuals: Vec<Residual>,
-    /// What the structure's sub-steps see of the load, where the structure asks for its value at a window's start.
+    /// What the structure's sub-steps see of the load, where the structure asks for its value at a window's
+    /// start.
     pub load_in_window: LoadInWindow,
     /// Who hears what the coupler is at.
     pub announce: Announce,
@@ -51,7 +52,8 @@ pub struct Pair {
 }
 
 impl Pair {
-    /// Initialises both sides at `time` (s): the structure first, with no load; then the fluid, with the structure's constants and motion.
+    /// Initialises both sides at `time` (s): the structure first, with no load; then the fluid, with the
+    /// structure's constants and motion.
     pub fn initialize(
         mut fluid: Side,
         mut structure: Side,
@@ -148,7 +150,8 @@ impl Pair {
         Ok(())
     }
 
-    /// Starts the fluid against the structure's accepted position, that `velocity` (m/s), and the load of which the motion came.
+    /// Starts the fluid against the structure's accepted position, that `velocity` (m/s), and the load of
+    /// which the motion came.
     pub fn start_fluid(&mut self, window: &TimeWindow, velocity: &mut Vec<f64>) -> Result<(), SchemeError> {
         const WRITTEN: [&str; 3] = [names::POSITION, names::VELOCITY, names::HELD_PRESSURE_GRADIENT];
         let Self { fluid, structure, accepted_position, load, .. } = self;
@@ -166,7 +169,8 @@ impl Pair {
         Ok(self.fluid.finish(window)?)
     }
 
-    /// Takes the load that the fluid gave last, and enforces condition (46) on it if told to. [`new_load`](Self::new_load) is the outcome.
+    /// Takes the load that the fluid gave last, and enforces condition (46) on it if told to.
+    /// [`new_load`](Self::new_load) is the outcome.
     pub fn take_load(&mut self, enforced: bool) {
         let Self { fluid, structure, volume, enforced_load, zeros, announce, enforced: was_enforced, .. } =
             self;
@@ -191,7 +195,8 @@ impl Pair {
         flat::relax(load, if *enforced { enforced_load } else { given_load(fluid, zeros) }, r);
     }
 
-    /// Condition (46) on what the fluid gave last, and the resultant of [`load`](Self::load), both with the structure's last motion.
+    /// Condition (46) on what the fluid gave last, and the resultant of [`load`](Self::load), both with the
+    /// structure's last motion.
     pub fn condition46(&self) -> (Condition46, Resultant) {
         self.announce.during(Phase::Condition46, || {
             let interface = interface(&self.fluid, &self.structure, &self.volume, &self.zeros);
@@ -200,8 +205,9 @@ impl Pair {
         })
     }
 
-    /// Makes the last solution of both final, and moves the schedule on. Gives the number of the output due at its end, if one is. The schedule ends there
-    /// where a participant asks for it or the state is steady; [`ending`](Self::ending) then says why.
+    /// Makes the last solution of both final, and moves the schedule on. Gives the number of the output due
+    /// at its end, if one is. The schedule ends there where a participant asks for it or the state is steady;
+    /// [`ending`](Self::ending) then says why.
     pub fn accept(
         &mut self,
         window: &TimeWindow,

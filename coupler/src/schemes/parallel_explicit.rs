@@ -1,8 +1,10 @@
-//! The parallel explicit scheme: both participants solve the window at once, each with what the other gave for the last one.
+//! The parallel explicit scheme: both participants solve the window at once, each with what the other gave
+//! for the last one.
 //!
-//! Per window: the structure solves under the load of the last window while the fluid solves against the velocity of the last window; condition (46)
-//! is enforced on what the fluid gives, the load is relaxed, and both accept. The fastest and least stable of the schemes: with added mass
-//! of a third of the structure's and more it needs the compliance or an implicit scheme.
+//! Per window: the structure solves under the load of the last window while the fluid solves against the
+//! velocity of the last window; condition (46) is enforced on what the fluid gives, the load is relaxed, and
+//! both accept. The fastest and least stable of the schemes: with added mass of a third of the structure's
+//! and more it needs the compliance or an implicit scheme.
 
 use super::{Accepted, Onward, Pair, SchemeError};
 use crate::schedule::Schedule;

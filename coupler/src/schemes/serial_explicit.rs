@@ -1,20 +1,24 @@
-//! The serial explicit scheme: structure predicted, fluid solved, condition (46) enforced, structure solved. No iteration.
+//! The serial explicit scheme: structure predicted, fluid solved, condition (46) enforced, structure solved.
+//! No iteration.
 //!
-//! Per window, from the accepted state at `tⁿ` to `tⁿ⁺¹` (section 2.3 and Algorithm 1 of the paper, with the prediction that makes heavy
-//! fluid on a light structure stable):
+//! Per window, from the accepted state at `tⁿ` to `tⁿ⁺¹` (section 2.3 and Algorithm 1 of the paper, with the
+//! prediction that makes heavy fluid on a light structure stable):
 //!
 //! 1. the structure is *predicted* under the load held from the last window;
-//! 2. the fluid takes the structure's position at `tⁿ`, its predicted velocity over the window and the load of the prediction, and solves for
-//!    the pressure in fluid and structure together; it gives the new load;
+//! 2. the fluid takes the structure's position at `tⁿ`, its predicted velocity over the window and the load
+//!    of the prediction, and solves for the pressure in fluid and structure together; it gives the new load;
 //! 3. condition (46) is measured and enforced;
-//! 4. the load is relaxed, `g ← r g + (1 − r) g_held`, and the structure is *solved* from the same accepted state under it;
+//! 4. the load is relaxed, `g ← r g + (1 − r) g_held`, and the structure is *solved* from the same accepted
+//!    state under it;
 //! 5. both accept.
 //!
-//! Without the prediction each participant solves a window once: the structure under the held load, then the fluid against its motion, whose load is that of
-//! the next window. That is a third less to do, and stable only where the fluid is light.
+//! Without the prediction each participant solves a window once: the structure under the held load, then the
+//! fluid against its motion, whose load is that of the next window. That is a third less to do, and stable
+//! only where the fluid is light.
 //!
-//! With the structure's compliance in the fluid's equations and the velocity at the window's end, `r = 0.3 … 0.5` is stable at an added-mass
-//! ratio of 9, `r = 1` is not; with the mean velocity every `r` is; without the compliance (a moving wall) none, see `docs/decisions`.
+//! With the structure's compliance in the fluid's equations and the velocity at the window's end,
+//! `r = 0.3 … 0.5` is stable at an added-mass ratio of 9, `r = 1` is not; with the mean velocity every `r`
+//! is; without the compliance (a moving wall) none, see `docs/decisions`.
 
 use super::{Accepted, Onward, Pair, SchemeError};
 use crate::condition46::{Condition46, Resultant};

@@ -33,7 +33,8 @@ fn updating_gives_what_building_gives_to_the_bit() {
     assert_eq!(mapping.weights(), build(2, method, &moved(&flat, bend), &moved(&inside, bend)).weights());
 }
 
-/// What a rebuilt mapping is does not depend on what it was: drifts, jumps, other numbers of points, flat sets and sets that are refused, in any order.
+/// What a rebuilt mapping is does not depend on what it was: drifts, jumps, other numbers of points, flat
+/// sets and sets that are refused, in any order.
 #[test]
 fn a_rebuilt_mapping_has_no_history() {
     let random = &mut Random(41);
@@ -56,7 +57,8 @@ fn a_rebuilt_mapping_has_no_history() {
             let [a, b, c] = [0; 3].map(|_| 2.0 * random.next() - 1.0);
             let kind = (5.0 * random.next()) as usize;
             let motion = move |x: f64, y: f64| match kind {
-                // A drift, a finite bending, a jump far away, a plate pressed flat, a sheet folded onto itself.
+                // A drift, a finite bending, a jump far away, a plate pressed flat, a sheet folded onto
+                // itself.
                 0 => [x + 1e-4 * a * y, y + 1e-4 * b * x],
                 1 => [x + 0.1 * a * y, y + 0.3 * b * x * x],
                 2 => [x + 1e3 * a, y - 1e3 * b],

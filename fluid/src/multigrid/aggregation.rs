@@ -6,8 +6,9 @@ use rayon::prelude::*;
 /// Rows that one task works through at least.
 const ROWS: usize = 512;
 
-/// A coupling is strong from this fraction of the strongest one in its row on: with the cubic spline at h = 1.2 Δx that takes
-/// the 8 nearest of a square lattice's 20 neighbours and the 26 nearest of a cubic one's, so aggregates are about 3 particles wide.
+/// A coupling is strong from this fraction of the strongest one in its row on: with the cubic spline at h =
+/// 1.2 Δx that takes the 8 nearest of a square lattice's 20 neighbours and the 26 nearest of a cubic one's,
+/// so aggregates are about 3 particles wide.
 const STRONG: f32 = 0.1;
 
 /// An unknown that belongs to no aggregate, because it is coupled to nothing.
@@ -50,8 +51,9 @@ impl Aggregates {
 
     /// Chooses the aggregates anew.
     ///
-    /// The greedy sweep of Vaněk, Mandel and Brezina (1996), in the order of the rows: an unknown none of whose strong neighbours
-    /// is taken founds an aggregate with all of them; what is left joins the founded aggregate it is coupled to most strongly.
+    /// The greedy sweep of Vaněk, Mandel and Brezina (1996), in the order of the rows: an unknown none of
+    /// whose strong neighbours is taken founds an aggregate with all of them; what is left joins the founded
+    /// aggregate it is coupled to most strongly.
     pub fn choose(&mut self, matrix: &SymmetricRows) {
         self.of.clear();
         self.of.resize(matrix.len(), NONE);
@@ -81,7 +83,8 @@ impl Aggregates {
         count
     }
 
-    /// Joining is towards founded aggregates only, those of the first sweep, so that aggregates do not grow into chains.
+    /// Joining is towards founded aggregates only, those of the first sweep, so that aggregates do not grow
+    /// into chains.
     fn join(&mut self, matrix: &SymmetricRows) {
         let founded = &self.of;
         self.joined.resize(founded.len(), NONE);

@@ -14,7 +14,8 @@ pub(super) struct Cholesky {
 }
 
 impl Cholesky {
-    /// Factorises `matrix`. An unknown whose pivot vanishes (the constant of a singular component) is held at zero.
+    /// Factorises `matrix`. An unknown whose pivot vanishes (the constant of a singular component) is held at
+    /// zero.
     pub fn factorise(&mut self, matrix: &SymmetricRows) {
         let n = matrix.len();
         self.size = n;

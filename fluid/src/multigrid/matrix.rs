@@ -5,7 +5,8 @@ use rayon::prelude::*;
 /// Rows made by one task.
 const CHUNK: usize = 512;
 
-/// Rows that one task works through at least where a row is summed: below it handing them over takes longer than summing them.
+/// Rows that one task works through at least where a row is summed: below it handing them over takes longer
+/// than summing them.
 pub(super) const SUMMED: usize = 128;
 
 /// Rows that one task works through at least where there are a few multiplications for each.
@@ -32,8 +33,9 @@ pub(super) struct Entry {
 pub(super) struct Row {
     /// The diagonal `a_ii`.
     pub diagonal: f64,
-    /// The smoother's step for a unit residual: `0.94/max(a_ii, ½ Σ_j |a_ij|)`, where the maximum keeps the eigenvalues of
-    /// `D⁻¹A` at or below two (Gershgorin); `1/a_ii` in a row without couplings, and zero in an empty one; rounded.
+    /// The smoother's step for a unit residual: `0.94/max(a_ii, ½ Σ_j |a_ij|)`, where the maximum keeps the
+    /// eigenvalues of `D⁻¹A` at or below two (Gershgorin); `1/a_ii` in a row without couplings, and zero in
+    /// an empty one; rounded.
     pub step: f32,
     /// The magnitude of the strongest coupling.
     pub strongest: f32,
@@ -43,8 +45,9 @@ pub(super) struct Row {
 
 /// A symmetric matrix in compressed rows, the diagonal apart.
 ///
-/// Couplings are rounded to single precision, and the diagonal is the row's own sum in double precision less the rounded
-/// couplings: constants are mapped as by the unrounded matrix, which is what long waves depend on.
+/// Couplings are rounded to single precision, and the diagonal is the row's own sum in double precision less
+/// the rounded couplings: constants are mapped as by the unrounded matrix, which is what long waves depend
+/// on.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SymmetricRows {
     pub rows: Vec<Row>,
@@ -140,8 +143,8 @@ impl SymmetricRows {
         b[i] - sum
     }
 
-    /// Makes rows that have at most the couplings that `slots` (row starts, one more than rows) leaves room for: `fill(i, row)` adds the
-    /// couplings of row `i` in a fixed order and returns its diagonal.
+    /// Makes rows that have at most the couplings that `slots` (row starts, one more than rows) leaves room
+    /// for: `fill(i, row)` adds the couplings of row `i` in a fixed order and returns its diagonal.
     pub fn make_in_slots(&mut self, slots: &[u32], fill: impl Fn(usize, &mut OpenRow) -> f64 + Sync) {
         let rows = slots.len().saturating_sub(1);
         self.rows.resize(rows, Row::default());
@@ -165,7 +168,8 @@ impl SymmetricRows {
         });
     }
 
-    /// Makes `rows` rows of any length: `fill(i, row, position)` adds the couplings of row `i` in a fixed order and returns its diagonal.
+    /// Makes `rows` rows of any length: `fill(i, row, position)` adds the couplings of row `i` in a fixed
+    /// order and returns its diagonal.
     pub fn make(
         &mut self,
         rows: usize,

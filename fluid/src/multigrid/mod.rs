@@ -1,10 +1,11 @@
 //! Algebraic multigrid: a preconditioner for the pressure Poisson equation.
 //!
-//! The matrix is a compact Laplacian, symmetric, with a positive diagonal and couplings that are mostly negative. Unknowns are
-//! grouped into aggregates about three particles wide, level by level, until a dense factorisation is cheap; a coarse matrix is
-//! the sum of its members' entries (plain aggregation, a Galerkin product with piecewise constant interpolation). The cycle has
-//! one damped Jacobi step before and one after the coarse correction, visits each coarse level twice (a W-cycle) and stretches
-//! the correction, because piecewise constant functions are too stiff (Braess 1995).
+//! The matrix is a compact Laplacian, symmetric, with a positive diagonal and couplings that are mostly
+//! negative. Unknowns are grouped into aggregates about three particles wide, level by level, until a dense
+//! factorisation is cheap; a coarse matrix is the sum of its members' entries (plain aggregation, a Galerkin
+//! product with piecewise constant interpolation). The cycle has one damped Jacobi step before and one after
+//! the coarse correction, visits each coarse level twice (a W-cycle) and stretches the correction, because
+//! piecewise constant functions are too stiff (Braess 1995).
 //!
 //! | symbol | meaning |
 //! |---|---|
@@ -13,10 +14,11 @@
 //! | `S` | the smoother's steps, a diagonal matrix |
 //! | `ω` | stretch of the coarse correction, 1.8 |
 //!
-//! The preconditioner `B` is linear, symmetric and positive definite, so that plain conjugate gradients serve. The Jacobi step
-//! contracts in the norm of `A`. Two cycles on a coarse level make `C = 2B_c − B_c A_c B_c`, whose product with `A_c` has its
-//! eigenvalues `1 − (1 − λ)²` in (0, 1] as long as those `λ` of `B_c A_c` lie in (0, 2); stretched by `ω < 2`, the correction
-//! leaves those of `BA` in (0, 2) again, from the coarsest level up.
+//! The preconditioner `B` is linear, symmetric and positive definite, so that plain conjugate gradients
+//! serve. The Jacobi step contracts in the norm of `A`. Two cycles on a coarse level make
+//! `C = 2B_c − B_c A_c B_c`, whose product with `A_c` has its eigenvalues `1 − (1 − λ)²` in (0, 1] as long as
+//! those `λ` of `B_c A_c` lie in (0, 2); stretched by `ω < 2`, the correction leaves those of `BA` in (0, 2)
+//! again, from the coarsest level up.
 //!
 //! Every sum is gathered in a fixed order, so results do not depend on the number of threads to the bit.
 
@@ -38,8 +40,8 @@ const DIRECT: usize = 100;
 /// What the preconditioner is for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Adds this many damped Jacobi steps' worth of the residual to the correction: for an operator that agrees with the matrix
-    /// on long waves but is weaker on short ones. Not negative.
+    /// Adds this many damped Jacobi steps' worth of the residual to the correction: for an operator that
+    /// agrees with the matrix on long waves but is weaker on short ones. Not negative.
     pub short_wave_gain: f64,
 }
 
@@ -47,10 +49,11 @@ impl Options {
     /// For systems whose operator is the matrix itself.
     pub const SAME_OPERATOR: Self = Self { short_wave_gain: 0.0 };
 
-    /// For the wide operator `D M⁻¹ Dᵀ + 0.1 L` preconditioned through the compact Laplacian `L` **and its reaction**, which the caller adds to
-    /// `L`: the diagonal `|Σ_j V w_ij ∇W_ij|²/ρ`, the square of the force of a constant pressure. That sum is over fluid and walls alike, so that it is
-    /// small wherever a particle is surrounded, beside a wall too; with `|own|²` instead, which is large along walls, a solve to 1e-3 took 13 iterations
-    /// instead of 7 (collapsing column of 50,000 particles).
+    /// For the wide operator `D M⁻¹ Dᵀ + 0.1 L` preconditioned through the compact Laplacian `L` **and its
+    /// reaction**, which the caller adds to `L`: the diagonal `|Σ_j V w_ij ∇W_ij|²/ρ`, the square of the
+    /// force of a constant pressure. That sum is over fluid and walls alike, so that it is small wherever a
+    /// particle is surrounded, beside a wall too; with `|own|²` instead, which is large along walls, a solve
+    /// to 1e-3 took 13 iterations instead of 7 (collapsing column of 50,000 particles).
     pub const WIDE_OPERATOR: Self = Self { short_wave_gain: 1.5 };
 }
 
@@ -82,21 +85,24 @@ impl Multigrid {
         Self { options, levels: Vec::new(), depth: 0, coarsest: Cholesky::default(), chunks: Vec::new() }
     }
 
-    /// Sets up the hierarchy of a symmetric matrix in compressed rows: `offsets` holds one entry more than rows, and `columns` and
-    /// `values` (any unit) the entries row after row, each column once, in any order, the diagonal among them. Rows without couplings (unit
-    /// rows of Dirichlet particles) are allowed and solved exactly.
+    /// Sets up the hierarchy of a symmetric matrix in compressed rows: `offsets` holds one entry more than
+    /// rows, and `columns` and `values` (any unit) the entries row after row, each column once, in any order,
+    /// the diagonal among them. Rows without couplings (unit rows of Dirichlet particles) are allowed and
+    /// solved exactly.
     pub fn rebuild(&mut self, offsets: &[u32], columns: &[u32], values: &[f64]) {
         self.rebuild_rows(offsets, compressed(offsets, columns, values));
     }
 
-    /// [`rebuild`](Self::rebuild) from rows made one at a time: `fill(i, row)` pushes the couplings of row `i`, in a fixed order and each column once, and
-    /// returns its diagonal; `slots` (row starts, one more than rows) says how many couplings a row has at most.
+    /// [`rebuild`](Self::rebuild) from rows made one at a time: `fill(i, row)` pushes the couplings of row
+    /// `i`, in a fixed order and each column once, and returns its diagonal; `slots` (row starts, one more
+    /// than rows) says how many couplings a row has at most.
     pub fn rebuild_rows(&mut self, slots: &[u32], fill: impl Fn(usize, &mut OpenRow) -> f64 + Sync) {
         self.set_up(slots, fill, false);
     }
 
-    /// [`rebuild`](Self::rebuild) that keeps the aggregates where the number of rows is that of the last matrix. Any
-    /// matrix is right, but aggregates suit one whose couplings have not changed much; rebuild when iterations grow.
+    /// [`rebuild`](Self::rebuild) that keeps the aggregates where the number of rows is that of the last
+    /// matrix. Any matrix is right, but aggregates suit one whose couplings have not changed much; rebuild
+    /// when iterations grow.
     pub fn update(&mut self, offsets: &[u32], columns: &[u32], values: &[f64]) {
         self.set_up(offsets, compressed(offsets, columns, values), true);
     }
@@ -190,7 +196,8 @@ enum Start {
     Improving,
 }
 
-/// One cycle for `A x = right` on the finest of `levels`, from zero or improving `x`; at the end `gain` Jacobi steps' worth of `right` is added.
+/// One cycle for `A x = right` on the finest of `levels`, from zero or improving `x`; at the end `gain`
+/// Jacobi steps' worth of `right` is added.
 fn cycle(levels: &mut [Level], coarsest: &Cholesky, right: &[f64], x: &mut [f64], start: Start, gain: f64) {
     let (level, coarser) = levels.split_first_mut().expect("a cycle has a level to work on");
     let Level { matrix, aggregates, smoothed, .. } = level;

@@ -1,4 +1,5 @@
-//! Balances of the fluid since the start: works and impulses summed over the accepted steps, and the state's own figures.
+//! Balances of the fluid since the start: works and impulses summed over the accepted steps, and the state's
+//! own figures.
 
 use crate::{Fluid, State, StepReport};
 use sph::Vector;

@@ -43,7 +43,8 @@ impl Snapshots {
         Ok(())
     }
 
-    /// Writes the next snapshot, at `time` (s): particles in the order of their numbers, whatever that of the state is.
+    /// Writes the next snapshot, at `time` (s): particles in the order of their numbers, whatever that of the
+    /// state is.
     pub fn write<const D: usize>(&mut self, time: f64, state: &State<D>) -> Result<(), ParticipantError> {
         let order = state.by_id();
         let (positions, velocities) = (flat(&order, &state.positions), flat(&order, &state.velocities));
@@ -61,8 +62,9 @@ impl Snapshots {
         Ok(())
     }
 
-    /// Writes what a failed solve stood on as the series `failed_solve` and gives the file: positions, velocities and pressures
-    /// of `accepted`, the unknowns where the solve `stopped`, and its residual, which are in the order of `accepted`. Arrays that are too short are filled with zeros.
+    /// Writes what a failed solve stood on as the series `failed_solve` and gives the file: positions,
+    /// velocities and pressures of `accepted`, the unknowns where the solve `stopped`, and its residual,
+    /// which are in the order of `accepted`. Arrays that are too short are filled with zeros.
     pub fn write_failed_solve<const D: usize>(
         &self,
         time: f64,

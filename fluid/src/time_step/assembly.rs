@@ -99,7 +99,8 @@ impl<const D: usize> Fluid<D> {
         );
     }
 
-    /// Makes the hierarchy that `accepted` says anew where the memory holds another, as after a restart: the same to the bit.
+    /// Makes the hierarchy that `accepted` says anew where the memory holds another, as after a restart: the
+    /// same to the bit.
     pub(super) fn recover_hierarchy(&mut self, accepted: &State<D>) -> Result<(), Error> {
         let Some(Hierarchy { origin, .. }) = &accepted.hierarchy else { return Ok(()) };
         if self.scratch.is_prepared_for(origin) {
@@ -116,7 +117,8 @@ impl<const D: usize> Fluid<D> {
         Ok(())
     }
 
-    /// The hierarchy that `accepted` says, or a new one of this step's matrix; with it `trial`'s next step starts.
+    /// The hierarchy that `accepted` says, or a new one of this step's matrix; with it `trial`'s next step
+    /// starts.
     pub(super) fn choose_hierarchy(
         &mut self,
         accepted: &State<D>,

@@ -15,7 +15,8 @@ use rayon::prelude::*;
 use sph::{Vector, parallel};
 
 impl<const D: usize> Fluid<D> {
-    /// Eq. (19), position projection and shifting, nowhere nearer to a boundary than allowed; then who has left.
+    /// Eq. (19), position projection and shifting, nowhere nearer to a boundary than allowed; then who has
+    /// left.
     pub(super) fn move_particles(
         &mut self,
         accepted: &State<D>,

@@ -105,7 +105,8 @@ impl<const D: usize> Fluid<D> {
         if trial.hierarchy.as_mut().is_some_and(|hierarchy| !hierarchy.serves(iterations)) {
             trial.hierarchy = None;
         }
-        // An inexact solution can overshoot in energy; the multiple of it that is orthogonal to its residual cannot.
+        // An inexact solution can overshoot in energy; the multiple of it that is orthogonal to its residual
+        // cannot.
         let pb = parallel::sum(p.len(), |i| p[i] * s.right[i]);
         let pr = parallel::sum(p.len(), |i| p[i] * s.solver.residual()[i]);
         let scale = if pb > 0.0 && pb - pr > 0.0 { pb / (pb - pr) } else { 1.0 };
@@ -115,8 +116,8 @@ impl<const D: usize> Fluid<D> {
     }
 }
 
-/// Solves `a x = right` for the unknown entries of `x` from where they stand; known ones become zero. With nothing known, `closed`, `x` is known but
-/// for a constant, and its mean is zero.
+/// Solves `a x = right` for the unknown entries of `x` from where they stand; known ones become zero. With
+/// nothing known, `closed`, `x` is known but for a constant, and its mean is zero.
 fn solve<const D: usize>(
     a: &PressureOperator<'_, D>,
     closed: bool,
@@ -152,8 +153,9 @@ fn clear_known(values: &mut [f64], free: &[bool]) {
     });
 }
 
-/// Where no pressure is known, in a closed or periodic domain, it is known but for a constant: its mean is zero then, and so is that of the
-/// equations, whose sum the operator cannot change but by the disorder of the particles.
+/// Where no pressure is known, in a closed or periodic domain, it is known but for a constant: its mean is
+/// zero then, and so is that of the equations, whose sum the operator cannot change but by the disorder of
+/// the particles.
 fn remove_mean_if(closed: bool, values: &mut [f64]) {
     if closed {
         let mean = parallel::sum(values.len(), |i| values[i]) / values.len() as f64;

@@ -13,7 +13,8 @@ use rayon::prelude::*;
 use sph::{Vector, parallel};
 
 impl<const D: usize> Fluid<D> {
-    /// `u = u* + Δt a(p)`, Eq. (18): the symmetric gradient, and of the corrected one what does not raise the energy.
+    /// `u = u* + Δt a(p)`, Eq. (18): the symmetric gradient, and of the corrected one what does not raise the
+    /// energy.
     pub(super) fn correct_velocity(
         &mut self,
         dt: f64,

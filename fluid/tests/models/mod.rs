@@ -25,8 +25,8 @@ fn random(state: &mut u64) -> f64 {
 }
 
 impl<const D: usize> Model<D> {
-    /// Jittered lattice points of the box `[0, extent)` where `inside` holds, evened out by some steps of shifting; walls at all
-    /// sides but the top of the last axis.
+    /// Jittered lattice points of the box `[0, extent)` where `inside` holds, evened out by some steps of
+    /// shifting; walls at all sides but the top of the last axis.
     pub fn new(
         extent: [usize; D],
         inside: impl Fn(&Vector<D>) -> bool,
@@ -141,8 +141,8 @@ impl<const D: usize> Model<D> {
         Self { offsets, columns, values, fluid, list, gradients, wall_gradient, acceleration, pressure }
     }
 
-    /// Adds the reaction of the wide operator to the diagonal of `values`: `|Σ_j w_ij ∇W_ij|²`, `w` = 2 over fluid and walls, which
-    /// is the square of the force of a constant pressure.
+    /// Adds the reaction of the wide operator to the diagonal of `values`: `|Σ_j w_ij ∇W_ij|²`, `w` = 2 over
+    /// fluid and walls, which is the square of the force of a constant pressure.
     pub fn add_reaction(&self, values: &mut [f64]) {
         for (u, &i) in self.fluid.iter().enumerate() {
             let i = i as usize;

@@ -1,7 +1,9 @@
-//! Holds the table of a case against the schema: unknown keys, missing keys, wrong types, words that are none, numbers out of their range.
+//! Holds the table of a case against the schema: unknown keys, missing keys, wrong types, words that are
+//! none, numbers out of their range.
 //!
-//! So that one mistake does not hide the others, what is wrong is mended in passing: a misspelt key is renamed, a word becomes one of those allowed, and
-//! a number becomes NaN, which every later check takes for "not known". Where that cannot be done the later checks have nothing to stand on.
+//! So that one mistake does not hide the others, what is wrong is mended in passing: a misspelt key is
+//! renamed, a word becomes one of those allowed, and a number becomes NaN, which every later check takes for
+//! "not known". Where that cannot be done the later checks have nothing to stand on.
 
 use super::document::join;
 use super::errors::CaseError;

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 const SUB_STEPS: u32 = 100;
 /// Longest wait for a participant where the case does not say (s).
 const DEADLINE: f64 = 60.0;
-/// Relaxation of an implicit scheme where the case does not say: iterations against a moving wall contract by `1 − r (1 + μ)`, up to an
-/// added-mass ratio `μ` of 19.
+/// Relaxation of an implicit scheme where the case does not say: iterations against a moving wall contract by
+/// `1 − r (1 + μ)`, up to an added-mass ratio `μ` of 19.
 const IMPLICIT_RELAXATION: f64 = 0.1;
 
 /// The coupling of fluid and structure.
@@ -30,10 +30,12 @@ pub struct CouplingKeys {
     pub prediction: Option<bool>,
     /// Load that the structure's sub-steps see within a window; held if left out.
     pub load_in_window: Option<LoadInWindow>,
-    /// Relaxation, over 0 and at most 1: of the load, 1 with the mean velocity and 0.5 with that at the end if left out; of an implicit scheme's first iterations, 0.1.
+    /// Relaxation, over 0 and at most 1: of the load, 1 with the mean velocity and 0.5 with that at the end
+    /// if left out; of an implicit scheme's first iterations, 0.1.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
     pub relaxation: Option<f64>,
-    /// Velocity of the structure over a window that the fluid meets; mean if left out, end where the load is linear.
+    /// Velocity of the structure over a window that the fluid meets; mean if left out, end where the load is
+    /// linear.
     pub structure_velocity: Option<StructureVelocity>,
     /// Whether the pressure equation carries the structure's compliance; yes if left out.
     pub compliance: Option<bool>,
@@ -42,13 +44,15 @@ pub struct CouplingKeys {
     /// Longest wait for an answer of a participant (s); 60 if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub deadline: Option<f64>,
-    /// Whether the processes of a serial scheme may be put on one core where windows are so short that waking takes most of their time; yes if left out.
+    /// Whether the processes of a serial scheme may be put on one core where windows are so short that waking
+    /// takes most of their time; yes if left out.
     pub share_core: Option<bool>,
     /// From iterate to iterate of an implicit scheme.
     pub acceleration: Option<AccelerationKeys>,
     /// When the iterations of an implicit scheme end.
     pub convergence: Option<ConvergenceKeys>,
-    /// Order of the extrapolation from the last windows to the first iterate of an implicit scheme; 1 if left out.
+    /// Order of the extrapolation from the last windows to the first iterate of an implicit scheme; 1 if left
+    /// out.
     #[schemars(extend("enum" = [0, 1, 2]))]
     pub extrapolation: Option<u32>,
     /// For a structure whose points are not those of the fluid; none if left out.
@@ -59,7 +63,8 @@ pub struct CouplingKeys {
     pub steady_state: Option<SteadyStateKeys>,
 }
 
-/// Between a structure's own points and points that fill its bodies: motion goes to the fluid by the weights, forces come back by their transpose.
+/// Between a structure's own points and points that fill its bodies: motion goes to the fluid by the weights,
+/// forces come back by their transpose.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct MappingKeys {
@@ -75,7 +80,8 @@ pub struct MappingKeys {
     pub rebuild: Option<bool>,
 }
 
-/// Between the structure's particles and a fluid's own points: motion goes to these by the weights, forces come back by their transpose.
+/// Between the structure's particles and a fluid's own points: motion goes to these by the weights, forces
+/// come back by their transpose.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FluidMappingKeys {
@@ -118,7 +124,8 @@ pub struct AccelerationKeys {
     pub max_columns: Option<u32>,
 }
 
-/// When the iterations of an implicit scheme end. Norms of the residual of the load and, where it is an unknown, of the velocity.
+/// When the iterations of an implicit scheme end. Norms of the residual of the load and, where it is an
+/// unknown, of the velocity.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ConvergenceKeys {
@@ -175,13 +182,15 @@ pub struct Coupling {
     pub prediction: Option<bool>,
     /// Load that the structure's sub-steps see within a window.
     pub load_in_window: LoadInWindow,
-    /// Relaxation r in `r·new + (1 − r)·old`, over 0 and at most 1: of the load with an explicit scheme, of iterations that have no better with an implicit one.
+    /// Relaxation r in `r·new + (1 − r)·old`, over 0 and at most 1: of the load with an explicit scheme, of
+    /// iterations that have no better with an implicit one.
     pub relaxation: f64,
     /// Which velocity of the structure over a window the fluid meets.
     pub structure_velocity: StructureVelocity,
     /// Whether the pressure equation carries the structure's compliance (its 1/ρ).
     pub compliance: bool,
-    /// Whether condition (46), continuity of the normal stress, is enforced; it is measured and recorded in any case.
+    /// Whether condition (46), continuity of the normal stress, is enforced; it is measured and recorded in
+    /// any case.
     pub enforce_condition_46: bool,
     /// Longest wait for an answer of a participant (s).
     pub deadline: f64,
@@ -218,7 +227,8 @@ pub enum LoadInWindow {
 }
 
 impl LoadInWindow {
-    /// The velocity that goes with it: the one that a load of that course never changes against its own direction, however stiff the structure.
+    /// The velocity that goes with it: the one that a load of that course never changes against its own
+    /// direction, however stiff the structure.
     pub fn structure_velocity(self) -> StructureVelocity {
         match self {
             Self::Held => StructureVelocity::Mean,
@@ -399,7 +409,8 @@ pub enum AtLimit {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StructureVelocity {
-    /// The displacement over the window's size. It answers a load of the window always in the load's direction, however stiff the structure.
+    /// The displacement over the window's size. It answers a load of the window always in the load's
+    /// direction, however stiff the structure.
     Mean,
     /// That at the window's end.
     End,

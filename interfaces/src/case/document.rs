@@ -42,7 +42,8 @@ impl Document {
         Ok(Self { table, lines, overridden: BTreeSet::new() })
     }
 
-    /// Sets a key from `section.key=value`. The value is TOML; what is not, is taken as a word. Elements of lists go by index or by name.
+    /// Sets a key from `section.key=value`. The value is TOML; what is not, is taken as a word. Elements of
+    /// lists go by index or by name.
     pub fn set(&mut self, assignment: &str) -> Result<(), CaseError> {
         let fail = |key: &str, problem: String, remedy: String| CaseError {
             overridden: true,
@@ -72,7 +73,8 @@ impl Document {
         Ok(())
     }
 
-    /// A key that was taken for another: what is found wrong with the other is told with the line and origin of the key as written.
+    /// A key that was taken for another: what is found wrong with the other is told with the line and origin
+    /// of the key as written.
     pub fn take_for(&mut self, written: &str, meant: &str) {
         if let Some(line) = self.lines.get(written) {
             self.lines.insert(meant.to_owned(), *line);
@@ -182,7 +184,8 @@ impl<'a> Slot<'a> {
         }
     }
 
-    /// Goes into an element; a section that is not there yet is made, and the check then tells what else it needs.
+    /// Goes into an element; a section that is not there yet is made, and the check then tells what else it
+    /// needs.
     fn enter(self, index: &str) -> Result<Self, (String, String)> {
         let value: &'a mut Value = match self {
             Self::Table(table) => table.entry(index.to_owned()).or_insert_with(|| Value::Table(Table::new())),

@@ -7,7 +7,8 @@ use thiserror::Error;
 /// One mistake in a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CaseError {
-    /// Path of the key: `structure.material.density`, elements of lists by their index from 0. Empty where no key is to blame.
+    /// Path of the key: `structure.material.density`, elements of lists by their index from 0. Empty where no
+    /// key is to blame.
     pub key: String,
     /// Line in the file, from 1; none for a key that is not in the file.
     pub line: Option<usize>,

@@ -1,4 +1,5 @@
-//! Boxes and their faces. Vectors in the case are lists of as many numbers as the case has dimensions; the check has compared their lengths.
+//! Boxes and their faces. Vectors in the case are lists of as many numbers as the case has dimensions; the
+//! check has compared their lengths.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -19,7 +20,8 @@ impl AxisBox {
         self.low.iter().zip(&self.high).map(|(low, high)| high - low).collect()
     }
 
-    /// Cells that a lattice of about `spacing` (m) has along each axis: `round(length/spacing)`, at least one; the rule of `sph::lattice`.
+    /// Cells that a lattice of about `spacing` (m) has along each axis: `round(length/spacing)`, at least
+    /// one; the rule of `sph::lattice`.
     pub fn lattice_counts(&self, spacing: f64) -> Vec<usize> {
         self.extent().iter().map(|length| ((length / spacing).round() as usize).max(1)).collect()
     }

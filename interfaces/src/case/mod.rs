@@ -1,12 +1,13 @@
 //! The case file.
 //!
 //! ```text
-//! case.toml ── document (text → table, with lines) ── overrides (--set) ── conform (table against the schema: keys, types)
-//!           ── typed (as written) ── check (numbers, geometry, names) ── resolve ── Case (nothing optional left)
+//! case.toml ── document (table, with lines) ── overrides (--set) ── conform (keys, types)
+//!           ── typed (as written) ── check (numbers, geometry, names) ── resolve ── Case (nothing optional)
 //! ```
 //!
-//! Start at [`Case::load`]. [`resolved`] is what solvers read, [`typed`] what users write and what the JSON schema describes; [`numerics`] and
-//! [`geometry`] are shared. All mistakes of a case are found before any is reported ([`CaseErrors`]).
+//! Start at [`Case::load`]. [`resolved`] is what solvers read, [`typed`] what users write and what the JSON
+//! schema describes; [`numerics`] and [`geometry`] are shared. All mistakes of a case are found before any is
+//! reported ([`CaseErrors`]).
 
 mod check;
 mod conform;
@@ -35,7 +36,8 @@ use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 impl Case {
-    /// Reads the case file at `path`, or `case.toml` in the folder `path`, with `overrides` (`section.key=value`) applied before it is checked.
+    /// Reads the case file at `path`, or `case.toml` in the folder `path`, with `overrides`
+    /// (`section.key=value`) applied before it is checked.
     ///
     /// # Errors
     /// All mistakes of the file, or that it cannot be read.
@@ -54,7 +56,8 @@ impl Case {
         }
     }
 
-    /// Reads a case from text. `file` stands in messages, and other files that the case names are sought from where it is.
+    /// Reads a case from text. `file` stands in messages, and other files that the case names are sought from
+    /// where it is.
     ///
     /// # Errors
     /// All mistakes of the text.
@@ -87,8 +90,8 @@ impl Case {
         toml::to_string(self).expect("a case has only tables with names for keys, lists, numbers and words")
     }
 
-    /// SHA-256 of the case as resolved, in hexadecimal, by which processes find out whether they run the same case. `threads` is left out,
-    /// since no result depends on it.
+    /// SHA-256 of the case as resolved, in hexadecimal, by which processes find out whether they run the same
+    /// case. `threads` is left out, since no result depends on it.
     pub fn hash(&self) -> String {
         let mut same = self.clone();
         same.general.threads = 0;

@@ -1,7 +1,8 @@
 //! "Did you mean …?"
 
-/// The candidate that a slip of the pen may have turned into `word`: at most one edit (a letter added, lost, changed, or two neighbours
-/// swapped) for every three letters, or the one that begins with the word (three letters and more). `-`, `_` and case do not count.
+/// The candidate that a slip of the pen may have turned into `word`: at most one edit (a letter added, lost,
+/// changed, or two neighbours swapped) for every three letters, or the one that begins with the word (three
+/// letters and more). `-`, `_` and case do not count.
 pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let plain = |word: &str| word.replace(['-', '_', ' '], "").to_lowercase();
     let word = plain(word);

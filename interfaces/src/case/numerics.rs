@@ -75,7 +75,8 @@ pub struct FluidNumericsKeys {
     pub time_step_growth: Option<f64>,
     /// Form of the viscous term.
     pub viscosity_operator: Option<ViscosityOperator>,
-    /// Kinematic viscosity added between approaching particles, as a factor of h times the characteristic speed. It dissipates.
+    /// Kinematic viscosity added between approaching particles, as a factor of h times the characteristic
+    /// speed. It dissipates.
     #[schemars(extend("minimum" = 0))]
     pub artificial_viscosity: Option<f64>,
     /// Smagorinsky constant of the sub-particle-scale (large-eddy) viscosity, Eq. (10); 0 leaves it out.
@@ -99,7 +100,8 @@ pub struct FluidNumericsKeys {
     pub position_tolerance: Option<f64>,
     /// Whether the corrected gradient of Eq. (18) is blended into the symmetric one, as far as energy allows.
     pub corrected_gradient: Option<bool>,
-    /// Divergence of position over the dimension, between which a particle passes from surface (lower) to interior (upper), Eq. (17).
+    /// Divergence of position over the dimension, between which a particle passes from surface (lower) to
+    /// interior (upper), Eq. (17).
     pub surface_thresholds: Option<[f64; 2]>,
     /// Whether the pressure of surface particles carries half a spacing of the pressure gradient.
     pub surface_offset: Option<bool>,
@@ -115,7 +117,8 @@ pub struct FluidNumericsKeys {
     pub shifting_limit: Option<f64>,
     /// Whether shifting beside a structure follows Eqs. (27)–(30).
     pub interface_shifting: Option<bool>,
-    /// Whether velocities are corrected by a Taylor expansion after shifting, Eqs. (20) and (31). It adds energy at ragged surfaces.
+    /// Whether velocities are corrected by a Taylor expansion after shifting, Eqs. (20) and (31). It adds
+    /// energy at ragged surfaces.
     pub taylor_correction: Option<bool>,
     /// Distance from a wall or structure below which no particle may come, as a factor of Δx.
     #[schemars(extend("minimum" = 0))]
@@ -135,7 +138,8 @@ pub struct FluidNumerics {
     pub time_step_growth: f64,
     /// Form of the viscous term.
     pub viscosity_operator: ViscosityOperator,
-    /// Kinematic viscosity added between approaching particles, as a factor of h times the characteristic speed. It dissipates.
+    /// Kinematic viscosity added between approaching particles, as a factor of h times the characteristic
+    /// speed. It dissipates.
     pub artificial_viscosity: f64,
     /// Smagorinsky constant of the sub-particle-scale (large-eddy) viscosity, Eq. (10); 0 leaves it out.
     pub smagorinsky: f64,
@@ -153,7 +157,8 @@ pub struct FluidNumerics {
     pub position_tolerance: f64,
     /// Whether the corrected gradient of Eq. (18) is blended into the symmetric one, as far as energy allows.
     pub corrected_gradient: bool,
-    /// Divergence of position over the dimension, between which a particle passes from surface (lower) to interior (upper), Eq. (17).
+    /// Divergence of position over the dimension, between which a particle passes from surface (lower) to
+    /// interior (upper), Eq. (17).
     pub surface_thresholds: [f64; 2],
     /// Whether the pressure of surface particles carries half a spacing of the pressure gradient.
     pub surface_offset: bool,
@@ -167,7 +172,8 @@ pub struct FluidNumerics {
     pub shifting_limit: f64,
     /// Whether shifting beside a structure follows Eqs. (27)–(30).
     pub interface_shifting: bool,
-    /// Whether velocities are corrected by a Taylor expansion after shifting, Eqs. (20) and (31). It adds energy at ragged surfaces.
+    /// Whether velocities are corrected by a Taylor expansion after shifting, Eqs. (20) and (31). It adds
+    /// energy at ragged surfaces.
     pub taylor_correction: bool,
     /// Distance from a wall or structure below which no particle may come, as a factor of Δx.
     pub contact_distance: f64,
@@ -258,10 +264,12 @@ impl FluidNumericsKeys {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GradientOperator {
-    /// Quadratic gradient and Hessian with a strain-gradient energy: right in bending from three particles through the thickness on.
+    /// Quadratic gradient and Hessian with a strain-gradient energy: right in bending from three particles
+    /// through the thickness on.
     #[default]
     Quadratic,
-    /// First-order-consistent corrected kernel gradient, Eqs. (35)–(36) and (42): the paper's, too soft in bending.
+    /// First-order-consistent corrected kernel gradient, Eqs. (35)–(36) and (42): the paper's, too soft in
+    /// bending.
     FirstOrder,
 }
 
@@ -274,7 +282,8 @@ impl GradientOperator {
         }
     }
 
-    /// Rows of fixed particles beyond a clamped face where none are written; 0 are fixed points on the face itself.
+    /// Rows of fixed particles beyond a clamped face where none are written; 0 are fixed points on the face
+    /// itself.
     pub fn clamp_rows(self) -> usize {
         match self {
             Self::Quadratic => 0,
@@ -283,7 +292,8 @@ impl GradientOperator {
     }
 }
 
-/// Numerics of the TLSPH structure, as written. It is integrated by the classical Runge–Kutta method of fourth order, Eqs. (43)–(45).
+/// Numerics of the TLSPH structure, as written. It is integrated by the classical Runge–Kutta method of
+/// fourth order, Eqs. (43)–(45).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct StructureNumericsKeys {
@@ -298,7 +308,8 @@ pub struct StructureNumericsKeys {
     /// Mass-proportional damping: the acceleration is lessened by this times the velocity (1/s).
     #[schemars(extend("minimum" = 0))]
     pub damping: f64,
-    /// Largest sub-step over the limit of stability of the Runge–Kutta method, at most 0.9; less keeps energy better, with its fifth power.
+    /// Largest sub-step over the limit of stability of the Runge–Kutta method, at most 0.9; less keeps energy
+    /// better, with its fifth power.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 0.9))]
     pub step_fraction: Option<f64>,
 }
@@ -314,7 +325,8 @@ pub struct StructureNumerics {
     pub hourglass: f64,
     /// Mass-proportional damping: the acceleration is lessened by this times the velocity (1/s).
     pub damping: f64,
-    /// Largest sub-step over the limit of stability of the Runge–Kutta method, at most 0.9; less keeps energy better, with its fifth power.
+    /// Largest sub-step over the limit of stability of the Runge–Kutta method, at most 0.9; less keeps energy
+    /// better, with its fifth power.
     pub step_fraction: f64,
 }
 

@@ -15,7 +15,8 @@ pub struct Region {
     pub shape: RegionShape,
     /// Velocity at the start.
     pub velocity: FluidVelocity,
-    /// Gradient `G` of the velocity at the start (1/s), row by row: `G·(r − centre)` is added to the velocity.
+    /// Gradient `G` of the velocity at the start (1/s), row by row: `G·(r − centre)` is added to the
+    /// velocity.
     pub velocity_gradient: Vec<Vec<f64>>,
     /// A standing wave at rest at its greatest height, on the box's upper face.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -64,7 +65,8 @@ pub enum FluidVelocity {
 }
 
 /// Vortices of Taylor and Green in two dimensions, from the region's lower corner:
-/// `u = −U cos(2πx/λ) sin(2πy/λ)`, `v = U sin(2πx/λ) cos(2πy/λ)`. In a periodic domain they decay as `exp(−8π² ν t/λ²)`.
+/// `u = −U cos(2πx/λ) sin(2πy/λ)`, `v = U sin(2πx/λ) cos(2πy/λ)`. In a periodic domain they decay as
+/// `exp(−8π² ν t/λ²)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TaylorGreen {
@@ -94,7 +96,8 @@ impl TaylorGreen {
     }
 }
 
-/// A linear standing wave on water as deep as the region's box is high, crest at its left face, at the instant at which all rests.
+/// A linear standing wave on water as deep as the region's box is high, crest at its left face, at the
+/// instant at which all rests.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StandingWave {
@@ -107,8 +110,9 @@ pub struct StandingWave {
 }
 
 impl StandingWave {
-    /// Displacement (m) of the water that rests at `x`, `y` from the lower left corner of a box `depth` (m) high, by linear theory (Lamb 1932,
-    /// § 228) with k = 2π/λ: `−a sin(kx) cosh(ky)/sinh(kH)`, `a cos(kx) sinh(ky)/sinh(kH)`. It keeps volumes to first order in ka.
+    /// Displacement (m) of the water that rests at `x`, `y` from the lower left corner of a box `depth` (m)
+    /// high, by linear theory (Lamb 1932, § 228) with k = 2π/λ: `−a sin(kx) cosh(ky)/sinh(kH)`,
+    /// `a cos(kx) sinh(ky)/sinh(kH)`. It keeps volumes to first order in ka.
     pub fn displacement(&self, x: f64, y: f64, depth: f64) -> [f64; 2] {
         let k = 2.0 * PI / self.wavelength;
         let scale = self.amplitude / (k * depth).sinh();
@@ -116,8 +120,8 @@ impl StandingWave {
     }
 }
 
-/// Greatest speed (m/s) of a region at the start, that of its velocity and of its velocity gradient at the corners of its box added up (for a
-/// ball, at the ends of its axes).
+/// Greatest speed (m/s) of a region at the start, that of its velocity and of its velocity gradient at the
+/// corners of its box added up (for a ball, at the ends of its axes).
 pub fn greatest_speed(
     velocity: Option<&FluidVelocity>,
     gradient: Option<&[Vec<f64>]>,

@@ -1,5 +1,5 @@
-//! From the case as written to the case as resolved: defaults filled in, alternatives decided. It runs after [`super::check`] found nothing, and
-//! so has nothing to report; where it relies on a check, it says so.
+//! From the case as written to the case as resolved: defaults filled in, alternatives decided. It runs after
+//! [`super::check`] found nothing, and so has nothing to report; where it relies on a check, it says so.
 
 use super::geometry::{AxisBox, Face};
 use super::numerics::GradientOperator;
@@ -11,8 +11,8 @@ use super::resolved::{
 };
 use super::typed;
 
-/// Times that particles off the lattice move to the centroids of their cells where the case does not say: with that many, rows at faces at an
-/// angle to the lattice follow the faces.
+/// Times that particles off the lattice move to the centroids of their cells where the case does not say:
+/// with that many, rows at faces at an angle to the lattice follow the faces.
 const RELAXATION: u32 = 10;
 
 /// Resolves a checked case.
@@ -98,8 +98,8 @@ pub(super) fn region_shape(region: &typed::Region) -> Option<RegionShape> {
     }
 }
 
-/// √(g H), H the extent of all regions along gravity; without gravity the greatest speed at the start, 0 where all is at rest or there are no
-/// regions, as of a fluid that is not ours.
+/// √(g H), H the extent of all regions along gravity; without gravity the greatest speed at the start, 0
+/// where all is at rest or there are no regions, as of a fluid that is not ours.
 pub(super) fn default_characteristic_speed(fluid: &typed::Fluid, gravity: &[f64]) -> f64 {
     let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
     let g = norm(gravity);
@@ -255,7 +255,8 @@ fn resolve_reference(reference: typed::Reference) -> Reference {
 }
 
 impl Clamp {
-    /// The box beyond the body's face that the fixed rows fill, for a clamp on a face; `cell` is the body's lattice distance across it (m).
+    /// The box beyond the body's face that the fixed rows fill, for a clamp on a face; `cell` is the body's
+    /// lattice distance across it (m).
     pub fn rows_box(&self, body: &AxisBox, cell: f64) -> Option<AxisBox> {
         match &self.region {
             ClampRegion::Face { face, rows } => Some(beyond(body, *face, *rows as f64 * cell)),

@@ -1,4 +1,5 @@
-//! The case as resolved: checked, every default filled in, nothing optional left. Plain data; the solvers make particles of it.
+//! The case as resolved: checked, every default filled in, nothing optional left. Plain data; the solvers
+//! make particles of it.
 
 use super::coupling::Coupling;
 use super::geometry::{Axis, AxisBox, Ball, Face, Side};
@@ -12,8 +13,9 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::path::PathBuf;
 
-/// A checked case. SI units; vectors have as many numbers as `general.dimension`; in two dimensions volumes and forces are for one metre of
-/// depth. It is read by [`Case::load`] or [`Case::parse`], and written by [`Case::to_toml`].
+/// A checked case. SI units; vectors have as many numbers as `general.dimension`; in two dimensions volumes
+/// and forces are for one metre of depth. It is read by [`Case::load`] or [`Case::parse`], and written by
+/// [`Case::to_toml`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "typed::CaseFile")]
 pub struct Case {
@@ -67,8 +69,8 @@ pub struct Fluid {
     pub particle_spacing: f64,
     /// Largest time step (s).
     pub max_time_step: f64,
-    /// Speed that scales artificial viscosity, shifting and the first time step (m/s); by default √(g H), H the fluid's height along gravity. Zero where
-    /// another solver needs none.
+    /// Speed that scales artificial viscosity, shifting and the first time step (m/s); by default √(g H), H
+    /// the fluid's height along gravity. Zero where another solver needs none.
     #[serde(skip_serializing_if = "is_zero")]
     pub characteristic_speed: f64,
     /// Where particles live: one that leaves this box has left the run.
@@ -277,8 +279,8 @@ pub enum InitialVelocity {
     Mode(CantileverVelocity),
 }
 
-/// First bending mode of a clamped beam, Eqs. (51)–(52) of the paper: `v(s) = tip_velocity · f(s)/f(L)`, with s the distance from the clamped face,
-/// L the body's length across it, kL = 1.875 and
+/// First bending mode of a clamped beam, Eqs. (51)–(52) of the paper: `v(s) = tip_velocity · f(s)/f(L)`, with
+/// s the distance from the clamped face, L the body's length across it, kL = 1.875 and
 /// `f(s) = (cos kL + cosh kL)(cosh ks − cos ks) + (sin kL − sinh kL)(sinh ks − sin ks)`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -315,8 +317,8 @@ pub struct Clamp {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(untagged)]
 pub enum ClampRegion {
-    /// The body goes on beyond the face by rows of fixed particles, at the body's own lattice distance; without rows, points of the face
-    /// itself are fixed.
+    /// The body goes on beyond the face by rows of fixed particles, at the body's own lattice distance;
+    /// without rows, points of the face itself are fixed.
     Face {
         /// The face.
         face: Face,
@@ -348,7 +350,8 @@ pub struct Load {
     pub target: LoadTarget,
     /// Total force (N; in two dimensions N per metre of depth).
     pub force: Vec<f64>,
-    /// Pairs of time (s) and factor of the force: linear between them, constant before the first and after the last.
+    /// Pairs of time (s) and factor of the force: linear between them, constant before the first and after
+    /// the last.
     pub ramp: Vec<[f64; 2]>,
 }
 
@@ -450,15 +453,16 @@ pub enum ProbeQuantity {
     Pressure,
     /// Total force of the fluid (N; in two dimensions N per metre of depth): `fx`, `fy`, `fz`.
     Force,
-    /// Outermost fluid (m), half a spacing beyond its particle's centre, particles that fly alone left out: `left`, `right`, `bottom`, `top`,
-    /// `back`, `front`. A box without fluid has its faces exchanged.
+    /// Outermost fluid (m), half a spacing beyond its particle's centre, particles that fly alone left out:
+    /// `left`, `right`, `bottom`, `top`, `back`, `front`. A box without fluid has its faces exchanged.
     Extent,
     /// Centroid (m): `x`, `y`, `z`; zero without fluid.
     Centroid,
-    /// Standard deviation of position along each axis (m), half the semi-axis of an ellipse: `sx`, `sy`, `sz`.
+    /// Standard deviation of position along each axis (m), half the semi-axis of an ellipse: `sx`, `sy`,
+    /// `sz`.
     Spread,
-    /// Departure of the pressure from ρ g·(r − r₀), r₀ a point of the level surface, over the greatest of it (1): of all fluid deeper than one
-    /// spacing, `max`, the largest magnitude, and `rms`.
+    /// Departure of the pressure from ρ g·(r − r₀), r₀ a point of the level surface, over the greatest of it
+    /// (1): of all fluid deeper than one spacing, `max`, the largest magnitude, and `rms`.
     HydrostaticError,
 }
 

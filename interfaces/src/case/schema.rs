@@ -84,7 +84,8 @@ impl<'s> Node<'s> {
         Self { root, here, target, of_list: "" }
     }
 
-    /// What the key is, in the words of its documentation; for an element of a list that has none, what the list is.
+    /// What the key is, in the words of its documentation; for an element of a list that has none, what the
+    /// list is.
     pub fn description(&self) -> &'s str {
         let text = |map: &'s Map<String, Value>| map.get("description").and_then(Value::as_str);
         text(self.here).or_else(|| text(self.target)).unwrap_or(self.of_list)

@@ -1,5 +1,6 @@
-//! The case file as users write it: what may be left out is an `Option` or has a default. The key names are the fields' names, the JSON schema
-//! (descriptions included) is made of these types, and `super::conform` holds the text against that schema.
+//! The case file as users write it: what may be left out is an `Option` or has a default. The key names are
+//! the fields' names, the JSON schema (descriptions included) is made of these types, and `super::conform`
+//! holds the text against that schema.
 
 use super::coupling::CouplingKeys;
 use super::geometry::{Axis, AxisBox, Ball, Face, Side};
@@ -88,7 +89,8 @@ pub struct Fluid {
     /// Largest time step (s); the output interval if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_time_step: Option<f64>,
-    /// Speed that scales artificial viscosity, shifting and the first time step (m/s); √(g H) if left out, H the fluid's height along gravity.
+    /// Speed that scales artificial viscosity, shifting and the first time step (m/s); √(g H) if left out, H
+    /// the fluid's height along gravity.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub characteristic_speed: Option<f64>,
     /// Where particles live: one that leaves this box has left the run.
@@ -123,7 +125,8 @@ pub struct Region {
     pub ball: Option<Ball>,
     /// Velocity at the start: a vector (m/s) or a shape; at rest if left out.
     pub velocity: Option<FluidVelocity>,
-    /// Gradient of the velocity at the start (1/s), row by row: G·r is added to the velocity, r from the region's centre.
+    /// Gradient of the velocity at the start (1/s), row by row: G·r is added to the velocity, r from the
+    /// region's centre.
     pub velocity_gradient: Option<Vec<Vec<f64>>>,
     /// A standing wave at rest at its greatest height, on the box's upper face; two dimensions only.
     pub wave: Option<StandingWave>,
@@ -157,13 +160,15 @@ pub struct Wall {
     pub motion: Option<WallMotion>,
 }
 
-/// A number over time, from a `table` or a sine (`amplitude`, `period`), times a `direction` (m) or about a `pivot` (rad).
+/// A number over time, from a `table` or a sine (`amplitude`, `period`), times a `direction` (m) or about a
+/// `pivot` (rad).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WallMotion {
     /// Direction along which the wall moves; its length does not count.
     pub direction: Option<Vec<f64>>,
-    /// Point about which the wall turns from x to y (m); in three dimensions about the line through it along z.
+    /// Point about which the wall turns from x to y (m); in three dimensions about the line through it along
+    /// z.
     pub pivot: Option<Vec<f64>>,
     /// Pairs of time (s) and distance (m) or angle (rad), a smooth curve between; at rest before and after.
     pub table: Option<Vec<[f64; 2]>>,
@@ -268,14 +273,16 @@ pub struct Body {
     /// Angle of the lattice of its particles to the axes (rad), counter-clockwise; two dimensions only.
     #[serde(default)]
     pub lattice_angle: f64,
-    /// Random displacement of its particles from the lattice, at most this times Δx along each axis; two dimensions only.
+    /// Random displacement of its particles from the lattice, at most this times Δx along each axis; two
+    /// dimensions only.
     #[serde(default)]
     #[schemars(extend("minimum" = 0, "maximum" = 0.5))]
     pub jitter: f64,
     /// Seed of the random displacement.
     #[serde(default)]
     pub seed: u32,
-    /// Times that the particles move to the centroids of their Voronoi cells; if left out, 10 where they are no lattice along the axes.
+    /// Times that the particles move to the centroids of their Voronoi cells; if left out, 10 where they are
+    /// no lattice along the axes.
     #[schemars(extend("maximum" = 100))]
     pub relaxation: Option<u32>,
 }
@@ -288,7 +295,8 @@ impl Body {
     }
 }
 
-/// What is held fast: a `face`, beyond which the body goes on by fixed rows, the body's particles in a `box`, or the arc of a `circle` that cuts it.
+/// What is held fast: a `face`, beyond which the body goes on by fixed rows, the body's particles in a `box`,
+/// or the arc of a `circle` that cuts it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Clamp {
@@ -298,17 +306,20 @@ pub struct Clamp {
     pub body: String,
     /// Face beyond which the body goes on by fixed rows.
     pub face: Option<Face>,
-    /// Fixed rows beyond the face; 0 are fixed points on the face itself. As the gradient operator wants it if left out.
+    /// Fixed rows beyond the face; 0 are fixed points on the face itself. As the gradient operator wants it
+    /// if left out.
     #[schemars(extend("minimum" = 0))]
     pub rows: Option<u32>,
     /// Box in which the body's particles are fixed.
     #[serde(rename = "box")]
     pub bounds: Option<AxisBox>,
-    /// Ball on whose arc the body ends, held there: what of the body is inside is left out; two dimensions only.
+    /// Ball on whose arc the body ends, held there: what of the body is inside is left out; two dimensions
+    /// only.
     pub circle: Option<Ball>,
 }
 
-/// A force that keeps its direction (a dead load): on a `face`, at a point (`at`), or, with neither, in the whole body.
+/// A force that keeps its direction (a dead load): on a `face`, at a point (`at`), or, with neither, in the
+/// whole body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {

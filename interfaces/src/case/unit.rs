@@ -5,7 +5,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// Variables behind the ports of an FMU, and numbers that it tells. A port that is left out has the variable of its own name, if there is one.
+/// Variables behind the ports of an FMU, and numbers that it tells. A port that is left out has the variable
+/// of its own name, if there is one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Variables {
@@ -39,7 +40,8 @@ pub struct Variables {
     /// Pressure gradient of the last window (Pa/m): a fluid takes it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_pressure_gradient: Option<Source>,
-    /// Pressure gradient at the window's start (Pa/m): a structure takes it, where the load is linear within a window.
+    /// Pressure gradient at the window's start (Pa/m): a structure takes it, where the load is linear within
+    /// a window.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_pressure_gradient: Option<Source>,
     /// Positions of its own points at the start (m): a fluid with such points gives them.
@@ -51,7 +53,8 @@ pub struct Variables {
     /// Force on its own points (N): a structure with such points takes it, a fluid gives it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<Source>,
-    /// Force at the window's start (N): a structure with points of its own takes it, where the load is linear within a window.
+    /// Force at the window's start (N): a structure with points of its own takes it, where the load is linear
+    /// within a window.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start_force: Option<Source>,
     /// Largest next step that the FMU takes (s); `largest_step` if left out and there, otherwise any.
@@ -68,7 +71,8 @@ pub struct Variables {
 pub enum Source {
     /// The same number at all points; only for what does not change.
     Number(f64),
-    /// An array of points × components, one variable for all points of what does not change, or a pattern of scalars: `point[{point}].force.{axis}`.
+    /// An array of points × components, one variable for all points of what does not change, or a pattern of
+    /// scalars: `point[{point}].force.{axis}`.
     Name(String),
     /// Scalars, point by point.
     Names(Vec<String>),

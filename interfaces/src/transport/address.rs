@@ -9,10 +9,12 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// The domain of all runs that do not ask for another.
 const DOMAIN: &str = "meniscus";
 
-/// Where a participant finds its coupler. A process is given it on its command line, as [`Address::connect`] writes it.
+/// Where a participant finds its coupler. A process is given it on its command line, as [`Address::connect`]
+/// writes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Address {
-    /// Prefix of everything in shared memory. Dead nodes are found and removed within a domain; tests have their own.
+    /// Prefix of everything in shared memory. Dead nodes are found and removed within a domain; tests have
+    /// their own.
     pub domain: String,
     /// The run, unique among those that run at the same time.
     pub run: String,
@@ -61,7 +63,8 @@ impl Address {
         format!("meniscus/{}/{}/to-coupler", self.run, self.role)
     }
 
-    /// The folder of the domain's files that are not in shared memory. Users have their own, since the first to create it owns it.
+    /// The folder of the domain's files that are not in shared memory. Users have their own, since the first
+    /// to create it owns it.
     pub fn root(&self) -> String {
         format!("/tmp/{}", self.prefix().trim_end_matches('_'))
     }

@@ -23,14 +23,16 @@ use std::time::{Duration, Instant};
 const SLICE: Duration = Duration::from_millis(50);
 /// Between two attempts to open services that are not there yet.
 const RETRY: Duration = Duration::from_millis(20);
-/// Messages that wait in a connection at most: an `Accept` and a `Start`, behind them a `Terminate` or `Goodbye`, and one to spare.
+/// Messages that wait in a connection at most: an `Accept` and a `Start`, behind them a `Terminate` or
+/// `Goodbye`, and one to spare.
 const BUFFER: usize = 4;
 /// Doubles of the first segment; larger messages make the sender allocate anew, by powers of two.
 const FIRST_LENGTH: usize = 1024;
 
 /// Both directions between the coupler and one participant, seen from one of them.
 ///
-/// The ports stand before the services and those before the node, since that is the order in which they have to be dropped.
+/// The ports stand before the services and those before the node, since that is the order in which they have
+/// to be dropped.
 pub struct Connection<S: Service> {
     publisher: Publisher<S, [f64], MessageHeader>,
     subscriber: Subscriber<S, [f64], MessageHeader>,
@@ -59,7 +61,8 @@ impl<S: Service> Connection<S> {
         Self::over(node, incoming, outgoing, stop)
     }
 
-    /// The participant's side; it opens the services, and waits for them until the deadline, or the end of the coupler as `alive` tells it.
+    /// The participant's side; it opens the services, and waits for them until the deadline, or the end of
+    /// the coupler as `alive` tells it.
     pub fn open(
         address: &Address,
         deadline: Duration,
@@ -76,7 +79,8 @@ impl<S: Service> Connection<S> {
                 Ok((incoming, outgoing)) => {
                     let mut connection = Self::over(node, incoming, outgoing, stop)?;
                     connection.watch(alive);
-                    // While it is there: of one that goes before we first look for messages nothing would be left to know its end by.
+                    // While it is there: of one that goes before we first look for messages nothing would be
+                    // left to know its end by.
                     connection.peer.find(&connection.incoming.messages);
                     return Ok(connection);
                 }
@@ -154,8 +158,9 @@ impl<S: Service> Connection<S> {
         self.meter.set(traffic);
     }
 
-    /// Sends a message, and wakes the other side if `wake`. Does not wait. Counts of the payload are filled into the header. A field with a value that is
-    /// not finite is an error ([`ParticipantError::Field`]), and nothing is sent.
+    /// Sends a message, and wakes the other side if `wake`. Does not wait. Counts of the payload are filled
+    /// into the header. A field with a value that is not finite is an error ([`ParticipantError::Field`]),
+    /// and nothing is sent.
     pub fn send(
         &mut self,
         header: MessageHeader,
@@ -307,8 +312,8 @@ impl<S: Service> Message<S> {
         self.0.payload()
     }
 
-    /// Refuses a header whose counts do not fit the payload, and a kind that this version does not know. A handshake of another
-    /// version is let through, for the version to be reported as what it is.
+    /// Refuses a header whose counts do not fit the payload, and a kind that this version does not know. A
+    /// handshake of another version is let through, for the version to be reported as what it is.
     fn check(&self) -> Result<(), String> {
         let header = self.header();
         let length = self.payload().len() as u64;

@@ -1,12 +1,14 @@
 //! Shared memory between the coupler and one participant, by iceoryx2: no other module knows it.
 //!
-//! A [`Connection`] carries the messages of [`crate::protocol`] both ways, without loss and in order, wakes the other side by events,
-//! and never waits without a deadline and a look at whether the other side lives. The coupler creates the services of a connection
-//! before it starts the participant; the participant opens them. Names and settings of the services are in `docs/protocol.md`.
+//! A [`Connection`] carries the messages of [`crate::protocol`] both ways, without loss and in order, wakes
+//! the other side by events, and never waits without a deadline and a look at whether the other side lives.
+//! The coupler creates the services of a connection before it starts the participant; the participant opens
+//! them. Names and settings of the services are in `docs/protocol.md`.
 //!
-//! Everything a run leaves in shared memory belongs to a *node*, one a connection and side. Whoever finds a dead node removes what it
-//! left: the survivors of a run when they notice, and any later run of the same user when it starts. The last of a domain to go, or the first to
-//! come, removes what no node accounts for: `presence`.
+//! Everything a run leaves in shared memory belongs to a *node*, one a connection and side. Whoever finds a
+//! dead node removes what it left: the survivors of a run when they notice, and any later run of the same
+//! user when it starts. The last of a domain to go, or the first to come, removes what no node accounts for:
+//! `presence`.
 
 mod address;
 mod connection;
@@ -36,14 +38,14 @@ impl Default for Deadlines {
 }
 
 impl Deadlines {
-    /// For the first request. After a participant's handshake the coupler may have to wait for the other one to appear and to answer; twice,
-    /// where that one initialises before it solves.
+    /// For the first request. After a participant's handshake the coupler may have to wait for the other one
+    /// to appear and to answer; twice, where that one initialises before it solves.
     pub fn first_request(&self) -> Duration {
         self.hello + 2 * self.answer
     }
 
-    /// For every other request, between two of which the coupler may have to wait for two answers of the other participant, and needs a
-    /// moment for its own work.
+    /// For every other request, between two of which the coupler may have to wait for two answers of the
+    /// other participant, and needs a moment for its own work.
     pub fn next_request(&self) -> Duration {
         2 * self.answer + Duration::from_secs(1)
     }

@@ -91,7 +91,8 @@ impl<S: Service> Peer<S> {
     }
 }
 
-/// A node of ours. Creating one removes what dead nodes of the domain left; the last of a domain to go leaves nothing.
+/// A node of ours. Creating one removes what dead nodes of the domain left; the last of a domain to go leaves
+/// nothing.
 pub(super) struct OwnNode<S: Service> {
     /// Nothing only while it is dropped, which has to come before the presence ends.
     node: Option<Node<S>>,
@@ -133,8 +134,8 @@ impl<S: Service> Drop for OwnNode<S> {
     }
 }
 
-/// Removes what processes of the address's domain left in shared memory when they were killed. Who kills participants calls it
-/// once they are gone; a run that starts or ends does it by itself.
+/// Removes what processes of the address's domain left in shared memory when they were killed. Who kills
+/// participants calls it once they are gone; a run that starts or ends does it by itself.
 pub fn remove_stale(address: &Address) -> Result<(), ParticipantError> {
     OwnNode::<ipc::Service>::new(address).map(drop)
 }

@@ -1,8 +1,9 @@
 //! Who is present in a domain, and that the last one to leave leaves nothing.
 //!
-//! iceoryx2 removes what a dead node left, but not what a process left that was killed while it made or removed a node, service or port.
-//! So every node of ours holds a shared lock on a file of its domain for as long as it is there; the kernel gives it back when the
-//! process ends, however it ends. Who can have the lock alone knows that nobody is there, and removes whatever there still is.
+//! iceoryx2 removes what a dead node left, but not what a process left that was killed while it made or
+//! removed a node, service or port. So every node of ours holds a shared lock on a file of its domain for as
+//! long as it is there; the kernel gives it back when the process ends, however it ends. Who can have the
+//! lock alone knows that nobody is there, and removes whatever there still is.
 
 use super::Address;
 use rustix::fs::{FlockOperation, flock};
@@ -78,7 +79,8 @@ fn locked(root: &Path, prefix: &str) -> io::Result<Option<File>> {
     if flock(&lock, FlockOperation::NonBlockingLockExclusive).is_ok() && current().is_some() {
         remove(root, prefix);
     }
-    // Between the two locks, or before the first, another may have come, left as the last and removed the file.
+    // Between the two locks, or before the first, another may have come, left as the last and removed the
+    // file.
     match flock(&lock, FlockOperation::NonBlockingLockShared) {
         Ok(()) => Ok(current().map(|()| lock)),
         Err(Errno::WOULDBLOCK) => Ok(None),
@@ -87,8 +89,8 @@ fn locked(root: &Path, prefix: &str) -> io::Result<Option<File>> {
     }
 }
 
-/// Removes everything of the domain but the lock, unless a process that holds no lock, a participant of another make, has a node there.
-/// What cannot be removed is tried again by the next who finds itself alone.
+/// Removes everything of the domain but the lock, unless a process that holds no lock, a participant of
+/// another make, has a node there. What cannot be removed is tried again by the next who finds itself alone.
 fn remove(root: &Path, prefix: &str) -> bool {
     let nodes = root.join("nodes");
     if entries(&nodes).any(|path| owner(&path).is_some_and(lives)) {
@@ -110,8 +112,8 @@ fn entries(folder: &Path) -> impl Iterator<Item = PathBuf> {
     fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path())
 }
 
-/// The process that made a node, of which the folder for its details has its identity as name: seconds, nanoseconds, process and a counter,
-/// 32 bits each.
+/// The process that made a node, of which the folder for its details has its identity as name: seconds,
+/// nanoseconds, process and a counter, 32 bits each.
 fn owner(node: &Path) -> Option<u32> {
     let id: u128 = node.file_name()?.to_str()?.parse().ok()?;
     let [_, _, process, _] = parts(id);
@@ -126,7 +128,8 @@ fn parts(id: u128) -> [u32; 4] {
 }
 
 fn lives(process: u32) -> bool {
-    // Its name, in parentheses, may hold anything; its state is the letter after it. A zombie has closed its files.
+    // Its name, in parentheses, may hold anything; its state is the letter after it. A zombie has closed its
+    // files.
     fs::read_to_string(format!("/proc/{process}/stat"))
         .is_ok_and(|stat| !stat.rsplit(") ").next().is_some_and(|rest| rest.starts_with(['Z', 'X'])))
 }

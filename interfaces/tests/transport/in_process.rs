@@ -1,5 +1,5 @@
-//! The protocol within one process, over iceoryx2's process-local service: a participant served by a thread, and one that speaks the
-//! protocol by hand and wrongly.
+//! The protocol within one process, over iceoryx2's process-local service: a participant served by a thread,
+//! and one that speaks the protocol by hand and wrongly.
 
 use crate::support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 use interfaces::protocol::{Hello, Kind, MessageHeader, Payload, Selection, VERSION};
@@ -60,7 +60,8 @@ fn traffic_is_counted_on_the_way() {
     let before = structure.meter().get();
     exchange(&mut structure, 50, 4).unwrap();
     let after = structure.meter().get();
-    // `Initialize` names the points of 4 ports and carries 50 × 2 doubles, `Start` carries those alone; `Accept` carries nothing.
+    // `Initialize` names the points of 4 ports and carries 50 × 2 doubles, `Start` carries those alone;
+    // `Accept` carries nothing.
     assert_eq!(after.bytes_sent - before.bytes_sent, 8 * (4 + 100 + 4 * 100));
     assert_eq!(after.messages_sent - before.messages_sent, 1 + 4 + 4);
     // `Ready` and `Solved` carry one scalar and position and velocity, `Ready` the density too.
@@ -178,7 +179,8 @@ fn by_hand(address: &Address, version: u32, reply: Reply) -> JoinHandle<()> {
         connection.send(header, &payload, true, during).unwrap();
         let (header, doubles) = reply(&next(&mut connection).unwrap());
         let numbers = vec![0.0; doubles];
-        // The first double is the scalar that is described, as far as there is one; the rest are fields, sent here as text.
+        // The first double is the scalar that is described, as far as there is one; the rest are fields, sent
+        // here as text.
         let (scalars, fields) = numbers.split_at(doubles.min(1));
         let text = vec![0; 8 * fields.len()];
         let payload = Payload { scalars, fields: None, text: &text };

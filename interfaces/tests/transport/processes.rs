@@ -1,7 +1,8 @@
 //! Real processes over real shared memory: exchange without loss, and every way in which one of them can end.
 //!
-//! A process of a test is this executable again, told by an environment variable what to be. Each test has a domain of shared memory
-//! of its own, which must be empty afterwards. Deadlines are a minute where a test expects that something else ends the wait.
+//! A process of a test is this executable again, told by an environment variable what to be. Each test has a
+//! domain of shared memory of its own, which must be empty afterwards. Deadlines are a minute where a test
+//! expects that something else ends the wait.
 
 use crate::support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 use interfaces::transport::Alive;

@@ -1,7 +1,9 @@
-//! The protocol's page against an implementation that shares no code with ours: `docs/examples/spring_structure.py`.
+//! The protocol's page against an implementation that shares no code with ours:
+//! `docs/examples/spring_structure.py`.
 //!
 //! Runs where `MENISCUS_PYTHON` names an interpreter with the package `iceoryx2` 0.10.0:
-//! `MENISCUS_PYTHON=python3 cargo test -p interfaces python`. Elsewhere it passes without a check, and says so.
+//! `MENISCUS_PYTHON=python3 cargo test -p interfaces python`. Elsewhere it passes without a check, and says
+//! so.
 
 use crate::support::{Domain, HASH, expectations, long};
 use interfaces::{
@@ -32,7 +34,8 @@ fn springs_in_python_swing_as_they_should() {
     assert_eq!(motion.get("density").unwrap(), vec![1000.0; 300]);
     let rest = motion.get("position").unwrap().to_vec();
 
-    // The solution of ρ x'' = −ρ ω² (x − X) − ∇p from rest is x = X − ∇p / (ρ ω²) (1 − cos ω t), with ω = 20 and ρ = 1000.
+    // The solution of ρ x'' = −ρ ω² (x − X) − ∇p from rest is x = X − ∇p / (ρ ω²) (1 − cos ω t), with ω = 20
+    // and ρ = 1000.
     let gradient = 4000.0;
     load.get_mut("pressure_gradient").unwrap().fill(gradient);
     let size = 0.01;

@@ -1,4 +1,5 @@
-//! A structure without physics, that misbehaves on request, and a domain of shared memory that must be empty in the end.
+//! A structure without physics, that misbehaves on request, and a domain of shared memory that must be empty
+//! in the end.
 
 use interfaces::{
     Deadlines, Description, Direction, Expectations, Fields, Participant, ParticipantError, Port, Quantity,
@@ -150,7 +151,8 @@ pub fn load(fields: &mut Fields, window: u64) {
     }
 }
 
-/// Initialises the structure, solves and accepts that many windows, and compares all that comes back bit for bit.
+/// Initialises the structure, solves and accepts that many windows, and compares all that comes back bit for
+/// bit.
 pub fn exchange(
     structure: &mut dyn Participant,
     points: usize,

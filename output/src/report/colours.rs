@@ -1,5 +1,5 @@
-//! Colour maps for the pictures: perceptually ordered, one for the fluid and another for the structure, so that
-//! the two are told apart where they touch.
+//! Colour maps for the pictures: perceptually ordered, one for the fluid and another for the structure, so
+//! that the two are told apart where they touch.
 
 use super::image::Rgb;
 

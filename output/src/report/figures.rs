@@ -244,7 +244,8 @@ fn figure(
     Some(Figure { svg: plot::svg(&plot)?, caption: caption.to_owned() })
 }
 
-/// Energies `<side>.<kind>_energy`: one figure a side with its total, then the whole (the paper's Figs. 11 and 20).
+/// Energies `<side>.<kind>_energy`: one figure a side with its total, then the whole (the paper's Figs. 11
+/// and 20).
 pub(crate) fn energy(windows: &Columns) -> Vec<Figure> {
     let Some(times) = times(windows) else { return Vec::new() };
     let mut sides: Vec<&str> = Vec::new();
@@ -288,8 +289,8 @@ fn energy_figure(title: &str, curves: Vec<Curve>, caption: String) -> Option<Fig
     Some(Figure { svg: plot::svg(&plot)?, caption })
 }
 
-/// The work of all loads on a side (gravity among them) and what became of it: kinetic, strain and dissipated energy. Without
-/// `load_work` there is none.
+/// The work of all loads on a side (gravity among them) and what became of it: kinetic, strain and dissipated
+/// energy. Without `load_work` there is none.
 fn work_figure(windows: &Columns, times: &[f64], side: &str) -> Option<Figure> {
     let column = |name: &str| windows.get(&format!("{side}.{name}"));
     let work = column("load_work")?;

@@ -28,7 +28,8 @@ struct Moment {
     structure: Option<Frame>,
 }
 
-/// Draws about [`COUNT`] pictures evenly over the run, and one of the structure alone where it is small, and of its displacement where there is no fluid, and writes them to `dir/frames/`; none if the run left no
+/// Draws about [`COUNT`] pictures evenly over the run, and one of the structure alone where it is small, and
+/// of its displacement where there is no fluid, and writes them to `dir/frames/`; none if the run left no
 /// snapshots. Pictures of an earlier report there are replaced.
 pub(crate) fn draw_frames(dir: &Path) -> Result<Vec<FramePicture>> {
     let series = |name: &str| {
@@ -145,8 +146,8 @@ fn furthest(moments: &[Moment]) -> Option<Displaced<'_>> {
     best
 }
 
-/// The moment of largest stress among those drawn, and the structure's surroundings then; `None` without stress,
-/// or if the other pictures show the structure as large already.
+/// The moment of largest stress among those drawn, and the structure's surroundings then; `None` without
+/// stress, or if the other pictures show the structure as large already.
 fn close_up<'a>(moments: &'a [Moment], whole: &View, spacing: f64) -> Option<(&'a Moment, View)> {
     let stress = |moment: &Moment| quantile(von_mises(moment.structure.as_ref()?)?, 0.995);
     let (moment, _) = moments
@@ -224,8 +225,8 @@ fn quantile(mut values: Vec<f64>, fraction: f64) -> Option<f64> {
     Some(values[(fraction * last as f64).round() as usize])
 }
 
-/// Everything of the structure and, but for one particle in 500 at each side, of the fluid, with a margin: a few
-/// drops that fly far would shrink all the rest.
+/// Everything of the structure and, but for one particle in 500 at each side, of the fluid, with a margin: a
+/// few drops that fly far would shrink all the rest.
 fn view(moments: &[Moment], spacing: f64) -> View {
     let range = |axis: usize| {
         let mut low = f64::INFINITY;
@@ -278,8 +279,8 @@ fn pressure(frame: &Frame) -> Option<Vec<f64>> {
     frame.array("pressure").filter(|array| array.components == 1).map(|array| array.values.clone())
 }
 
-/// `von_mises_stress` or `von_mises` as written, or from `stress` of 4 (xx, yy, xy, zz), 6 (xx, yy, zz, xy, yz,
-/// xz) or 9 (row by row) components.
+/// `von_mises_stress` or `von_mises` as written, or from `stress` of 4 (xx, yy, xy, zz), 6 (xx, yy, zz, xy,
+/// yz, xz) or 9 (row by row) components.
 fn von_mises(frame: &Frame) -> Option<Vec<f64>> {
     if let Some(array) = ["von_mises_stress", "von_mises"].iter().find_map(|name| frame.array(name)) {
         return (array.components == 1).then(|| array.values.clone());
@@ -300,8 +301,8 @@ fn von_mises(frame: &Frame) -> Option<Vec<f64>> {
     Some(stress.values.chunks_exact(stress.components).map(equivalent).collect())
 }
 
-/// The colour bar of a quantity over all pictures: to the 99.5 % quantile, so that single particles do not take
-/// the colours of all others, rounded outwards; from zero unless a good part is negative.
+/// The colour bar of a quantity over all pictures: to the 99.5 % quantile, so that single particles do not
+/// take the colours of all others, rounded outwards; from zero unless a good part is negative.
 fn bar(
     label: &str,
     unit: &'static str,

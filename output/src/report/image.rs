@@ -116,7 +116,8 @@ mod tests {
         let all = Rectangle { left: 0, top: 0, right: 40, bottom: 40 };
         image.disc((20.0, 20.0), 10.0, [255; 3], all);
         let covered: f64 = image.pixels.iter().step_by(3).map(|&v| f64::from(v) / 255.0).sum();
-        // The soft edge integrates to the area up to the curvature of the edge within one pixel: below 1 % here.
+        // The soft edge integrates to the area up to the curvature of the edge within one pixel: below 1 %
+        // here.
         assert!((covered / (std::f64::consts::PI * 100.0) - 1.0).abs() < 0.01, "{covered}");
         let mut clipped = Image::new(40, 40, [0; 3]);
         clipped.disc((20.0, 20.0), 10.0, [255; 3], Rectangle { left: 20, ..all });

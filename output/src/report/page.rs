@@ -45,7 +45,8 @@ pub(crate) fn html(page: &Page) -> String {
     document(&page.title, &text)
 }
 
-/// A whole document of one style with the reports: its title, and the HTML below the heading that it makes of it.
+/// A whole document of one style with the reports: its title, and the HTML below the heading that it makes of
+/// it.
 pub fn document(title: &str, body: &str) -> String {
     let title = escape(title);
     format!(

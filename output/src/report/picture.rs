@@ -1,5 +1,5 @@
-//! One picture of particles: each a disc of about its own area, coloured by one quantity a medium, in axes of equal
-//! scale with the time above and the colour bars below.
+//! One picture of particles: each a disc of about its own area, coloured by one quantity a medium, in axes of
+//! equal scale with the time above and the colour bars below.
 
 use super::colours::{self, ColourMap};
 use super::image::{Image, Rectangle, Rgb, text_width};
@@ -81,8 +81,8 @@ pub(crate) fn draw(time: f64, view: &View, layers: &[Layer]) -> Image {
 }
 
 fn draw_layer(image: &mut Image, layer: &Layer, view: &View, plot: Rectangle, scale: f64) {
-    // A disc of the area of a square of side Δx has the radius 0.56 Δx; with 0.6 Δx a lattice shows no pattern of
-    // gaps, and a hole of one particle still shows. Below 0.8 pixels a disc would fade away.
+    // A disc of the area of a square of side Δx has the radius 0.56 Δx; with 0.6 Δx a lattice shows no
+    // pattern of gaps, and a hole of one particle still shows. Below 0.8 pixels a disc would fade away.
     let radius = (0.6 * layer.spacing * scale).max(0.8);
     let place = |index: usize| {
         let (x, y) = layer.points[index];

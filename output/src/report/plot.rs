@@ -1,5 +1,6 @@
 //! A line plot as inline SVG: round ticks, units, a legend, marks with bars for references, and titles that a
-//! browser shows on hovering. Colours are classes (`c0`, `c1`, …), so that the page sets them for light and dark.
+//! browser shows on hovering. Colours are classes (`c0`, `c1`, …), so that the page sets them for light and
+//! dark.
 
 use super::scale::{self, Ticks};
 use crate::xml::escape;

@@ -30,8 +30,8 @@ pub(crate) struct Case {
 /// Reads the case.
 ///
 /// # Errors
-/// [`crate::Error::Read`] if it cannot be read; [`crate::Error::Parse`] if it is no TOML, or a reference lacks
-/// its `probe`, `time` or `value`, or their lengths differ.
+/// [`crate::Error::Read`] if it cannot be read; [`crate::Error::Parse`] if it is no TOML, or a reference
+/// lacks its `probe`, `time` or `value`, or their lengths differ.
 pub(crate) fn read_case(path: &Path) -> Result<Case> {
     let text = std::fs::read_to_string(path).map_err(read_error(path))?;
     let table: toml::Table =

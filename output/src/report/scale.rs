@@ -38,7 +38,8 @@ pub(crate) fn linear(min: f64, max: f64, count: usize) -> Ticks {
     Ticks { low: first as f64 * step, high: last as f64 * step, labels }
 }
 
-/// Ticks at powers of ten covering the positive `min` to `max`; at most about `count`, then every second, third, …
+/// Ticks at powers of ten covering the positive `min` to `max`; at most about `count`, then every second,
+/// third, …
 pub(crate) fn logarithmic(min: f64, max: f64, count: usize) -> Ticks {
     // 1e-9: a bound on a power of ten up to round-off does not get another decade.
     let first = (min.log10() + 1e-9).floor() as i32;

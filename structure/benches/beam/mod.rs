@@ -1,4 +1,5 @@
-//! The beams that the benchmarks step: clamped, elastic, under gravity, of any number of particles, on a lattice or not.
+//! The beams that the benchmarks step: clamped, elastic, under gravity, of any number of particles, on a
+//! lattice or not.
 
 use sph::Vector;
 use structure::{Body, Gradient, Law, Material, Plane, Setup, Side, Structure};
@@ -8,7 +9,8 @@ use structure::{Body, Gradient, Law, Material, Plane, Setup, Side, Structure};
 pub enum Path {
     /// On a lattice: runs of neighbours, and one set of weights for all slices that look alike.
     Lattice,
-    /// The same particles turned by 15° against the axes that they are sorted by: an index and weights for each pair.
+    /// The same particles turned by 15° against the axes that they are sorted by: an index and weights for
+    /// each pair.
     General,
 }
 

@@ -1,5 +1,6 @@
-//! What the FMU's boundary costs: a step of 3,000 particles in 100 sub-steps as a participant, and through an instance with load set, step and outputs read;
-//! `cargo bench -p structure-fmu`. The C functions themselves add a look-up in a table and a lock a call.
+//! What the FMU's boundary costs: a step of 3,000 particles in 100 sub-steps as a participant, and through an
+//! instance with load set, step and outputs read; `cargo bench -p structure-fmu`. The C functions themselves
+//! add a look-up in a table and a lock a call.
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use interfaces::case::Case;

@@ -1,7 +1,7 @@
 //! Between C and the instance: pointers checked, panics caught, errors told to the importer's logger.
 //!
-//! What an importer holds as instance is a number of a living one, not an address: a pointer that was freed, or never was one, is answered with an error
-//! and never followed.
+//! What an importer holds as instance is a number of a living one, not an address: a pointer that was freed,
+//! or never was one, is answered with an error and never followed.
 
 #![expect(
     unsafe_code,
@@ -56,8 +56,9 @@ impl<T: Clone> Handles<T> {
 /// An instance that may be called from any thread, one call at a time.
 pub struct Shared(Mutex<Instance>);
 
-// SAFETY: the one part of an instance that is bound to nothing by itself is the importer's logger. Both standards allow calls of one instance from
-// different threads, though not at the same time, so its logger must bear that.
+// SAFETY: the one part of an instance that is bound to nothing by itself is the importer's logger. Both
+// standards allow calls of one instance from different threads, though not at the same time, so its logger
+// must bear that.
 unsafe impl Send for Shared {}
 // SAFETY: as above; the mutex keeps calls apart even if an importer does not.
 unsafe impl Sync for Shared {}
@@ -185,7 +186,8 @@ fn saved(state: *mut c_void) -> Result<Arc<InstanceState>, CallError> {
     STATES.get(state).ok_or(CallError::Null { what: "the state (freed, or never given)" })
 }
 
-/// Keeps the state of an instance, and puts its handle in `place`; a state that the place holds already is replaced, as both standards allow.
+/// Keeps the state of an instance, and puts its handle in `place`; a state that the place holds already is
+/// replaced, as both standards allow.
 ///
 /// # Safety
 /// As [`array_mut`], for one handle.

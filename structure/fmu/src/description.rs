@@ -61,7 +61,8 @@ pub fn model_description(model: &mut Model, version: Version) -> Result<String, 
     xml.push_str("  <ModelVariables>\n");
     for (reference, variable) in variables.iter().enumerate() {
         if version == Version::Fmi2 && variable.causality == Causality::Independent {
-            // Version 2.0 does not ask for it, and FMI Library, which libcosim and others read units with, wants a start value that the standard forbids.
+            // Version 2.0 does not ask for it, and FMI Library, which libcosim and others read units with,
+            // wants a start value that the standard forbids.
             continue;
         }
         let start = start_value(model, variable)?;
@@ -108,7 +109,8 @@ fn type_name(quantity: Quantity) -> String {
     format!("{quantity:?}Type")
 }
 
-/// The value that a variable starts with, where the importer may see it: of inputs zero, of parameters the case's.
+/// The value that a variable starts with, where the importer may see it: of inputs zero, of parameters the
+/// case's.
 fn start_value(model: &mut Model, variable: &Variable) -> Result<String, ModelError> {
     match variable.causality {
         Causality::Input => Ok("0".to_owned()),

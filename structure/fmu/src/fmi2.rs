@@ -1,6 +1,7 @@
 //! The C functions of FMI 2.0 for co-simulation, and those common to both kinds.
 //!
-//! Names, order and types of arguments are those of the standard's headers `fmi2Functions.h` and `fmi2TypesPlatform.h` (version 2.0).
+//! Names, order and types of arguments are those of the standard's headers `fmi2Functions.h` and
+//! `fmi2TypesPlatform.h` (version 2.0).
 
 #![expect(unsafe_code, reason = "functions with the standard's names, called from C")]
 
@@ -35,7 +36,8 @@ fn logger(name: &str, message: Option<LogMessage>, environment: *mut c_void) -> 
         let Some(message) = message else { return };
         let category = if status == Status::Ok { c"logEvents" } else { c"logStatusError" };
         let words = CString::new(words.replace('\0', " ")).unwrap_or_default();
-        // SAFETY: the importer's function, with the environment it came with; all texts end with a zero and live during the call.
+        // SAFETY: the importer's function, with the environment it came with; all texts end with a zero and
+        // live during the call.
         unsafe {
             message(
                 environment,

@@ -1,6 +1,8 @@
-//! The C functions of FMI 3.0, every one of them: what the unit does not do answers with an error and says so to the logger.
+//! The C functions of FMI 3.0, every one of them: what the unit does not do answers with an error and says so
+//! to the logger.
 //!
-//! Names, order and types of arguments are those of the standard's headers `fmi3Functions.h` and `fmi3PlatformTypes.h` (version 3.0).
+//! Names, order and types of arguments are those of the standard's headers `fmi3Functions.h` and
+//! `fmi3PlatformTypes.h` (version 3.0).
 
 #![expect(unsafe_code, reason = "functions with the standard's names, called from C")]
 
@@ -20,7 +22,8 @@ fn logger(environment: *mut c_void, message: Option<LogMessage>) -> Logger {
         let Some(message) = message else { return };
         let category = if status == Status::Ok { c"logEvents" } else { c"logStatusError" };
         let words = CString::new(words.replace('\0', " ")).unwrap_or_default();
-        // SAFETY: the importer's function, with the environment it came with; both texts end with a zero and live during the call.
+        // SAFETY: the importer's function, with the environment it came with; both texts end with a zero and
+        // live during the call.
         unsafe { message(environment, status as i32, category.as_ptr(), words.as_ptr()) };
     })
 }

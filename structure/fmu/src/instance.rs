@@ -136,7 +136,8 @@ pub enum Status {
 /// Takes what an instance has to say.
 pub type Logger = Box<dyn Fn(Status, &str)>;
 
-/// Time (s) by which a step may begin beside the end of the last, as a fraction of the step: rounding of an importer's own sum.
+/// Time (s) by which a step may begin beside the end of the last, as a fraction of the step: rounding of an
+/// importer's own sum.
 const TIME_TOLERANCE: f64 = 1e-6;
 
 /// An instance.
@@ -154,7 +155,8 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// Of the resources of a unit that has this token; `reduced` says whether its interface is the one that this standard can show.
+    /// Of the resources of a unit that has this token; `reduced` says whether its interface is the one that
+    /// this standard can show.
     ///
     /// # Errors
     /// A token of another unit, resources of the other standard, a case that does not hold.

@@ -1,8 +1,8 @@
 //! The TLSPH structure of a case as a functional mock-up unit (FMU) for co-simulation, FMI 3.0 and FMI 2.0.
 //!
-//! One shared library serves both standards. An exported unit is an archive ([`package`]) with that library, the case in
-//! `resources/case.toml`, and a `modelDescription.xml` ([`description`]) that is made of the same table of [`variables`] that the library
-//! answers from.
+//! One shared library serves both standards. An exported unit is an archive ([`package`]) with that library,
+//! the case in `resources/case.toml`, and a `modelDescription.xml` ([`description`]) that is made of the same
+//! table of [`variables`] that the library answers from.
 //!
 //! | layer | module |
 //! |---|---|
@@ -13,9 +13,10 @@
 //! | a few points that stand for all particles (FMI 2.0) | [`reduction`] |
 //! | the archive | [`package`], [`description`], [`icon`] |
 //!
-//! A step of the master is a time window: the load given is held over it, and the structure sub-steps inside it, as many times as the
-//! case's `coupling.sub_steps` says or as stability asks. Outputs are those at the window's end; they do not depend on the inputs of
-//! the same instant, so there is no direct feed-through. Nothing is given between a step's ends (`providesIntermediateUpdate` is false), and no directional
+//! A step of the master is a time window: the load given is held over it, and the structure sub-steps inside
+//! it, as many times as the case's `coupling.sub_steps` says or as stability asks. Outputs are those at the
+//! window's end; they do not depend on the inputs of the same instant, so there is no direct feed-through.
+//! Nothing is given between a step's ends (`providesIntermediateUpdate` is false), and no directional
 //! derivatives are: that of a step would be a second structure solver.
 //!
 //! No panic crosses the C boundary, and a pointer that is no living instance is answered with an error.

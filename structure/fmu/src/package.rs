@@ -60,7 +60,8 @@ pub struct Exported {
     pub bytes: usize,
 }
 
-/// Exports the structure of a case to the file `to`, its interface whole (FMI 3.0) or reduced to `points` points (FMI 2.0).
+/// Exports the structure of a case to the file `to`, its interface whole (FMI 3.0) or reduced to `points`
+/// points (FMI 2.0).
 ///
 /// # Errors
 /// A case without a structure, a library or a file that cannot be read or written.

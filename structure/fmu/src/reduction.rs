@@ -1,8 +1,9 @@
 //! A few points that stand for all interface particles, for tools that know scalar variables only.
 //!
-//! The motion of a point is the moving-least-squares value at it, exact for linear fields ([`structure::MaterialPoint`]); a force at a point is
-//! shared over the particles with the same weights. So forces and moments are kept, and the work of the forces on the points is that on the
-//! particles, to round-off.
+//! The motion of a point is the moving-least-squares value at it, exact for linear fields
+//! ([`structure::MaterialPoint`]); a force at a point is shared over the particles with the same weights. So
+//! forces and moments are kept, and the work of the forces on the points is that on the particles, to
+//! round-off.
 
 use sph::Vector;
 use structure::MaterialPoint;
@@ -16,7 +17,8 @@ pub struct Reduction {
 }
 
 impl Reduction {
-    /// Of `points` among interface particles at `positions`, both `dimension` coordinates each (m), spaced by `spacing` (m).
+    /// Of `points` among interface particles at `positions`, both `dimension` coordinates each (m), spaced by
+    /// `spacing` (m).
     pub fn new(dimension: usize, points: &[Vec<f64>], positions: &[f64], spacing: f64) -> Self {
         let weights = match dimension {
             2 => weights::<2>(points, positions, spacing),
@@ -41,7 +43,8 @@ impl Reduction {
         weights.map(|&(particle, weight)| weight * field[particle * self.dimension + component]).sum()
     }
 
-    /// Pressure gradients (Pa/m) at the particles, of volumes `volumes` (m³), whose forces `−V ∇p` are `forces` (N) at the points.
+    /// Pressure gradients (Pa/m) at the particles, of volumes `volumes` (m³), whose forces `−V ∇p` are
+    /// `forces` (N) at the points.
     pub fn spread(&self, forces: &[f64], volumes: &[f64], out: &mut [f64]) {
         let d = self.dimension;
         out.fill(0.0);
@@ -64,8 +67,8 @@ fn weights<const D: usize>(points: &[Vec<f64>], positions: &[f64], spacing: f64)
     points.iter().map(of).collect()
 }
 
-/// `count` of the points at `positions`, as far from each other as can be: first the one farthest from their mean, then always the one
-/// farthest from all chosen. The order is that of choice.
+/// `count` of the points at `positions`, as far from each other as can be: first the one farthest from their
+/// mean, then always the one farthest from all chosen. The order is that of choice.
 pub fn spread_out(dimension: usize, positions: &[f64], count: usize) -> Vec<Vec<f64>> {
     let points: Vec<&[f64]> = positions.chunks_exact(dimension).collect();
     let mean: Vec<f64> = (0..dimension)

@@ -1,4 +1,5 @@
-//! What an exported unit carries in `resources/`: the case as resolved, and the points of a reduced interface.
+//! What an exported unit carries in `resources/`: the case as resolved, and the points of a reduced
+//! interface.
 
 use interfaces::case::Case;
 use interfaces::case::coupling::LoadInWindow;
@@ -93,7 +94,8 @@ impl Resources {
         self.points.as_ref().map(|p| toml::to_string(p).expect("lists of numbers are valid TOML"))
     }
 
-    /// The token by which an importer says that it has read the description of this very unit: from the SHA-256 of all resources.
+    /// The token by which an importer says that it has read the description of this very unit: from the
+    /// SHA-256 of all resources.
     pub fn token(&self) -> String {
         let mut hash = Sha256::new();
         hash.update(env!("CARGO_PKG_VERSION"));

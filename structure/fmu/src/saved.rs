@@ -1,4 +1,5 @@
-//! A state of an instance as bytes, little endian: magic, token of the unit, life-cycle phase, and the model's numbers.
+//! A state of an instance as bytes, little endian: magic, token of the unit, life-cycle phase, and the
+//! model's numbers.
 
 use crate::instance::Phase;
 use crate::model::Saved;

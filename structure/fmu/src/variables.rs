@@ -1,4 +1,5 @@
-//! What an importer can read and set, in one table for the description and for the functions: a variable's value reference is its place in it.
+//! What an importer can read and set, in one table for the description and for the functions: a variable's
+//! value reference is its place in it.
 
 use interfaces::Description;
 

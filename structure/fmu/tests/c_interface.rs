@@ -397,7 +397,8 @@ fn a_thousand_instances_leave_nothing_behind() {
     let before = pages();
     (0..900).for_each(|_| cycle());
     if let (Some(before), Some(after)) = (before, pages()) {
-        // An instance takes about 200 kB, 900 that leaked would be 45,000 pages; the allocator may keep some of its own.
+        // An instance takes about 200 kB, 900 that leaked would be 45,000 pages; the allocator may keep some
+        // of its own.
         assert!(after < before + 2000, "{before} pages before, {after} after");
     }
 }

@@ -1,7 +1,7 @@
 //! The paper's kernel gradient with first-order correction, Eqs. (35), (36), (42).
 //!
-//! Weights of a pair: `V_b ∇₀W_ab` with `∇₀W_ab = W′(r)/r (X_a − X_b)`. Constants of a particle: `K_a⁻¹` (upper triangle, row by
-//! row), and `Σ_b V_b ∇₀W_ab`.
+//! Weights of a pair: `V_b ∇₀W_ab` with `∇₀W_ab = W′(r)/r (X_a − X_b)`. Constants of a particle: `K_a⁻¹`
+//! (upper triangle, row by row), and `Σ_b V_b ∇₀W_ab`.
 
 use crate::lanes::{LANES, Lanes, Tensor, matrix, product};
 use crate::material::{ConstitutiveLaw, Elasticity};
@@ -10,8 +10,8 @@ use crate::stencil::PairOperator;
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, tensor};
 
-/// A moment matrix whose smallest eigenvalue is under this fraction of its trace over `D` does not span all directions:
-/// on a regular lattice it is one, at a corner about one.
+/// A moment matrix whose smallest eigenvalue is under this fraction of its trace over `D` does not span all
+/// directions: on a regular lattice it is one, at a corner about one.
 const SINGULAR: f64 = 1e-6;
 
 /// The operator of one body; particle indices are internal ones.

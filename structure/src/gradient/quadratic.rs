@@ -1,22 +1,27 @@
-//! A quadratic gradient with a strain-gradient energy: right in bending at a few particles through the thickness, and free of
-//! zero-energy modes without any control.
+//! A quadratic gradient with a strain-gradient energy: right in bending at a few particles through the
+//! thickness, and free of zero-energy modes without any control.
 //!
-//! In the reference configuration a moving-least-squares fit in difference form gives at each particle `a` the gradient *and the second
-//! gradient* (Hessian) of the displacement, from the basis `p = (ΔX, ½ΔX², …)`, `ΔX = X_b − X_a`, and the weights `w = −W′(r)/r` of the
-//! cubic spline with `h = Δx`. It is exact for linear fields always, for quadratic ones where the neighbours resolve them; the
-//! Hessian directions that they do not resolve (scaled eigenvalue under [`RESOLVED`], at surfaces mostly) are dropped from the fit.
+//! In the reference configuration a moving-least-squares fit in difference form gives at each particle `a`
+//! the gradient *and the second gradient* (Hessian) of the displacement, from the basis `p = (ΔX, ½ΔX², …)`,
+//! `ΔX = X_b − X_a`, and the weights `w = −W′(r)/r` of the cubic spline with `h = Δx`. It is exact for linear
+//! fields always, for quadratic ones where the neighbours resolve them; the Hessian directions that they do
+//! not resolve (scaled eigenvalue under [`RESOLVED`], at surfaces mostly) are dropped from the fit.
 //!
 //! The energy of a particle is that of its cell, to second order over the cell:
-//! `Π_a = V_a [ψ(F_a) + ½ sᵀ D̃ s]`, where `s` stacks the Voigt components of `∂E/∂X_k = sym(Fᵀ ∂F/∂X_k)` and `D = S ⊗ C`
-//! holds the cell's second moments `S` (`diag(Δx_k²/12)` on a lattice; naturally stabilised nodal integration, Hillman and Chen 2016). `D̃` is `D` with the dropped
-//! directions condensed out. `C` is that of small strains, for every law, with `λ` limited ([`LAMBDA_LIMIT`]).
+//! `Π_a = V_a [ψ(F_a) + ½ sᵀ D̃ s]`, where `s` stacks the Voigt components of `∂E/∂X_k = sym(Fᵀ ∂F/∂X_k)` and
+//! `D = S ⊗ C` holds the cell's second moments `S` (`diag(Δx_k²/12)` on a lattice; naturally stabilised nodal
+//! integration, Hillman and Chen 2016). `D̃` is `D` with the dropped directions condensed out. `C` is that of
+//! small strains, for every law, with `λ` limited ([`LAMBDA_LIMIT`]).
 //!
-//! `F` is that at the cell's centroid: the gradient at the particle and the Hessian times the centroid's offset.
+//! `F` is that at the cell's centroid: the gradient at the particle and the Hessian times the centroid's
+//! offset.
 //!
-//! The internal force is the exact negative gradient of `Σ Π_a`: momentum, angular momentum and energy are kept.
+//! The internal force is the exact negative gradient of `Σ Π_a`: momentum, angular momentum and energy are
+//! kept.
 //!
-//! Weights of a pair: `w p`. Constants of a particle: the symmetric matrix `M` that takes `Σ_b (U_b − U_a) w p` to gradient and Hessian,
-//! the symmetric `D̃`, `V`, and the centroid's offset; upper triangles row by row.
+//! Weights of a pair: `w p`. Constants of a particle: the symmetric matrix `M` that takes
+//! `Σ_b (U_b − U_a) w p` to gradient and Hessian, the symmetric `D̃`, `V`, and the centroid's offset; upper
+//! triangles row by row.
 
 use crate::lanes::{LANES, Lanes, Tensor, matrix, plus_identity};
 use crate::material::{ConstitutiveLaw, Elasticity};
@@ -26,13 +31,15 @@ use nalgebra::{DMatrix, DVector};
 use sph::Matrix;
 use sph::kernel::CubicSpline;
 
-/// Eigenvalues of the scaled Hessian moments under this are not resolved. Two in ten separates rows at a surface (none resolved
-/// across it) from all others on a lattice, and keeps the stable step of scattered particles from collapsing.
+/// Eigenvalues of the scaled Hessian moments under this are not resolved. Two in ten separates rows at a
+/// surface (none resolved across it) from all others on a lattice, and keeps the stable step of scattered
+/// particles from collapsing.
 const RESOLVED: f64 = 0.2;
 
-/// `λ` counts in the strain-gradient energy up to this many `μ` (`ν = 0.4`): two volumetric constraints more a particle lock
-/// nearly incompressible materials. A gravity-loaded beam of six layers at `ν = 0.49` deflects 57.5 mm with the limit, 55.7 without, where
-/// the scaling `1 − ν²` of the reference at `ν = 0.4` says 59.2.
+/// `λ` counts in the strain-gradient energy up to this many `μ` (`ν = 0.4`): two volumetric constraints more
+/// a particle lock nearly incompressible materials. A gravity-loaded beam of six layers at `ν = 0.49`
+/// deflects 57.5 mm with the limit, 55.7 without, where the scaling `1 − ν²` of the reference at `ν = 0.4`
+/// says 59.2.
 const LAMBDA_LIMIT: f64 = 4.0;
 
 /// Where the entry `(i, j)` of a symmetric matrix of `size` rows stands in its upper triangle, row by row.
@@ -125,7 +132,8 @@ impl<'a, const D: usize> Quadratic<'a, D> {
         Some((m, dropped))
     }
 
-    /// Strain-gradient stiffness `D̃` (J/m): rows and columns `(k, v)`, direction of the derivative and Voigt component.
+    /// Strain-gradient stiffness `D̃` (J/m): rows and columns `(k, v)`, direction of the derivative and Voigt
+    /// component.
     fn strain_gradient_stiffness(&self, second_moment: &Matrix<D>, dropped: &DMatrix<f64>) -> DMatrix<f64> {
         let h = Self::HESSIAN;
         let mut stiffness = DMatrix::zeros(D * h, D * h);

@@ -3,13 +3,15 @@
 use super::{ConstitutiveLaw, Elasticity, Response};
 use crate::lanes::{Lanes, Tensor, cofactor, matrix, plus_identity, trace, transposed_product};
 
-/// `ψ = μ/2 (tr C − 3 − 2 ln J) + λ/2 (ln J)²`, `P = μ (F − F⁻ᵀ) + λ ln J F⁻ᵀ` (Bonet and Wood 2008, Eq. (6.28)).
+/// `ψ = μ/2 (tr C − 3 − 2 ln J) + λ/2 (ln J)²`, `P = μ (F − F⁻ᵀ) + λ ln J F⁻ᵀ` (Bonet and Wood 2008, Eq.
+/// (6.28)).
 ///
-/// In plane stress the stretch out of the plane follows from `S₃₃ = 0`, that is `μ (F₃₃² − 1) + λ ln(J₂ F₃₃) = 0`.
+/// In plane stress the stretch out of the plane follows from `S₃₃ = 0`, that is
+/// `μ (F₃₃² − 1) + λ ln(J₂ F₃₃) = 0`.
 pub(crate) struct NeoHookean;
 
-/// Newton iterations for the stretch out of the plane. It converges quadratically from `J₂^(−λ/(λ+2μ))`, the small-strain
-/// value; six give round-off for `J₂` between 0.3 and 4 (tested).
+/// Newton iterations for the stretch out of the plane. It converges quadratically from `J₂^(−λ/(λ+2μ))`, the
+/// small-strain value; six give round-off for `J₂` between 0.3 and 4 (tested).
 const NEWTON_ITERATIONS: usize = 8;
 
 /// Stretch out of the plane: one in plane strain, in three dimensions, and where `J` is not positive.

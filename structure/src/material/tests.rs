@@ -117,8 +117,10 @@ fn work_of_a_cycle(law: Law, e: &Elasticity, s: f64) -> f64 {
     work
 }
 
-/// With a potential none; Almansi–Hooke: `∂P_xx/∂F_yy − ∂P_yy/∂F_xx = 2 (λ + μ) (x − y)` to first order in the stretches x and y, whose integral
-/// over the rectangle is `2 (λ + μ) s³`: that much the law gives away in this sense of rotation, and takes in the other. The next order is `s` of that; the midpoint rule errs by 1e-9 at 200 steps an edge.
+/// With a potential none; Almansi–Hooke: `∂P_xx/∂F_yy − ∂P_yy/∂F_xx = 2 (λ + μ) (x − y)` to first order in
+/// the stretches x and y, whose integral over the rectangle is `2 (λ + μ) s³`: that much the law gives away
+/// in this sense of rotation, and takes in the other. The next order is `s` of that; the midpoint rule errs
+/// by 1e-9 at 200 steps an edge.
 #[test]
 fn a_closed_cycle_does_no_work_where_the_law_has_a_potential() {
     let (s, e) = (0.01, elasticity(Plane::Strain));
@@ -160,14 +162,16 @@ fn laws_in_three_dimensions_reduce_to_plane_strain() {
 fn neo_hookean_plane_stress_holds_at_large_stretch() {
     let e = elasticity(Plane::Stress);
     for stretch in [0.55, 0.8, 1.5, 2.0] {
-        // Uniaxial tension: find the side's stretch with no side stress; then P_xx is below E·strain for rubber in tension.
+        // Uniaxial tension: find the side's stretch with no side stress; then P_xx is below E·strain for
+        // rubber in tension.
         let (mut low, mut high) = (0.2, 3.0);
         for _ in 0..80 {
             let middle: f64 = 0.5 * (low + high);
             let side = stress(Law::NeoHookean, &e, [[stretch - 1.0, 0.0], [0.0, middle - 1.0]])[1][1];
             if side > 0.0 { high = middle } else { low = middle }
         }
-        // Isotropy: the stretch out of the plane must equal that of the free side, so ψ of diag(a, b, b) in 3-D has ∂ψ/∂b = 0.
+        // Isotropy: the stretch out of the plane must equal that of the free side, so ψ of diag(a, b, b) in
+        // 3-D has ∂ψ/∂b = 0.
         let material = Material {
             law: Law::NeoHookean,
             plane: Plane::Strain,

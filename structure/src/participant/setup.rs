@@ -122,8 +122,8 @@ fn off_lattice(part: &resolved::Body, clamps: &[&Clamp]) -> bool {
     part.lattice_angle != 0.0 || part.jitter != 0.0 || part.relaxation > 0 || is_cut
 }
 
-/// The body of particles that are no lattice, cut by its clamps' circles, and the fixed nodes on their arcs. A checked case has two dimensions
-/// where it comes to this.
+/// The body of particles that are no lattice, cut by its clamps' circles, and the fixed nodes on their arcs.
+/// A checked case has two dimensions where it comes to this.
 fn scattered<const D: usize>(
     part: &resolved::Body,
     clamps: &[&Clamp],
@@ -189,7 +189,8 @@ fn cantilever<const D: usize>(mode: &CantileverVelocity, s: f64, length: f64) ->
     Vector::from_column_slice(&mode.tip_velocity) * (f(KL * s / length) / f(KL))
 }
 
-/// The load's force shared over the body's particles, so that force and moment are those of the load on its true face or point.
+/// The load's force shared over the body's particles, so that force and moment are those of the load on its
+/// true face or point.
 fn dead_load<const D: usize>(
     load: &resolved::Load,
     part: &resolved::Body,

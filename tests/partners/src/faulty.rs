@@ -34,9 +34,10 @@ pub enum FaultKind {
     Stop,
 }
 
-/// A fault and its place. Written `KIND@WHERE`, where `KIND` is `error`, `panic`, `nan[:POINT]`, `no-points`, `scalars`, `limit:SECONDS`, `hang`,
-/// `slow:SECONDS`, `abort`, `kill` or `stop`, and `WHERE` is `WINDOW[.ITERATION][/CALL]` (in `finish` where no call is named; `*` is every window) or
-/// a `CALL` alone: `nan@12`, `kill@3.1/start`, `slow:0.01@*`, `error@terminate`.
+/// A fault and its place. Written `KIND@WHERE`, where `KIND` is `error`, `panic`, `nan[:POINT]`, `no-points`,
+/// `scalars`, `limit:SECONDS`, `hang`, `slow:SECONDS`, `abort`, `kill` or `stop`, and `WHERE` is
+/// `WINDOW[.ITERATION][/CALL]` (in `finish` where no call is named; `*` is every window) or a `CALL` alone:
+/// `nan@12`, `kill@3.1/start`, `slow:0.01@*`, `error@terminate`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
     /// What goes wrong.
@@ -136,8 +137,8 @@ fn kind_from(text: &str) -> Result<FaultKind, String> {
     Ok(kind)
 }
 
-/// A participant with faults. What strikes before a call (error, panic, death, waiting) keeps it from the participant within or delays it; what
-/// spoils an answer comes after.
+/// A participant with faults. What strikes before a call (error, panic, death, waiting) keeps it from the
+/// participant within or delays it; what spoils an answer comes after.
 pub struct Faulty<P> {
     inner: P,
     faults: Vec<Fault>,

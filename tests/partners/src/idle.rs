@@ -1,5 +1,5 @@
-//! A participant that does nothing, to measure what the exchange alone takes. It does not pass the conformance suite: what it gives it either leaves as it
-//! is, or takes from the number of the iteration.
+//! A participant that does nothing, to measure what the exchange alone takes. It does not pass the
+//! conformance suite: what it gives it either leaves as it is, or takes from the number of the iteration.
 
 use interfaces::fields::Linear;
 use interfaces::port::names;
@@ -18,12 +18,14 @@ pub struct Idle {
     interpolates: bool,
 }
 
-/// Loads of a fluid that varies: more than the iterations of a window, and no multiple of them, so that every residual is another.
+/// Loads of a fluid that varies: more than the iterations of a window, and no multiple of them, so that every
+/// residual is another.
 const LOADS: usize = 7;
 
 impl Idle {
-    /// In the plane, with so many points. A fluid that `varies` gives another load at every solution; a structure that `interpolates` reads the whole
-    /// load at each of its sub-steps, linear between the window's start and end.
+    /// In the plane, with so many points. A fluid that `varies` gives another load at every solution; a
+    /// structure that `interpolates` reads the whole load at each of its sub-steps, linear between the
+    /// window's start and end.
     pub fn new(role: Role, points: usize, varies: bool, interpolates: bool) -> Self {
         let port = |name: &str, quantity, direction| Port::new(name, quantity, 2, Some(points), direction);
         let (motion, load) = match role {
@@ -76,7 +78,8 @@ impl Participant for Idle {
             && self.interpolates
         {
             let load = Linear::new(start, end);
-            // All points at a sub-step before the next, as whoever solves for points that hang together has to.
+            // All points at a sub-step before the next, as whoever solves for points that hang together has
+            // to.
             for sub_step in 0..self.sub_steps {
                 let middle = (f64::from(sub_step) + 0.5) / f64::from(self.sub_steps);
                 std::hint::black_box(load.sum(middle));

@@ -1,10 +1,11 @@
 //! Mock partners for either side of a coupling, and the conformance suite that every participant passes.
 //!
-//! A mock is a [`Model`] (a few lines of physics whose state is one vector) inside a [`StandIn`], which keeps the accepted state
-//! and the trial and so fulfils the contract of [`interfaces::Participant`]. Start at [`stand_in`], then [`structure`] and
-//! [`fluid`]; [`spec`] makes any of them from command-line words. Around any participant: [`Recording`] keeps its calls,
-//! [`Faulty`] breaks it at a chosen place. [`Scripted`] plays a fixed part and complains when the coupler leaves it.
-//! [`conformance::check`] holds a participant to the contract, ours or a user's.
+//! A mock is a [`Model`] (a few lines of physics whose state is one vector) inside a [`StandIn`], which keeps
+//! the accepted state and the trial and so fulfils the contract of [`interfaces::Participant`]. Start at
+//! [`stand_in`], then [`structure`] and [`fluid`]; [`spec`] makes any of them from command-line words. Around
+//! any participant: [`Recording`] keeps its calls, [`Faulty`] breaks it at a chosen place. [`Scripted`] plays
+//! a fixed part and complains when the coupler leaves it. [`conformance::check`] holds a participant to the
+//! contract, ours or a user's.
 //!
 //! Mocks do not watch the order of calls: put them behind [`interfaces::Guarded`], as every participant.
 //!

@@ -28,8 +28,8 @@ pub struct Recorded {
 }
 
 impl Recorded {
-    /// The call in a few words, to compare an order of calls with a list: `structure start 3.1` (window and iteration),
-    /// `fluid accept #2` (snapshot), else role and call.
+    /// The call in a few words, to compare an order of calls with a list: `structure start 3.1` (window and
+    /// iteration), `fluid accept #2` (snapshot), else role and call.
     pub fn brief(&self) -> String {
         let window = self.window.map(|w| format!(" {}.{}", w.index, w.iteration));
         let snapshot = self.snapshot.map(|number| format!(" #{number}"));

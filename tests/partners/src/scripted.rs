@@ -22,7 +22,8 @@ pub struct Script {
     pub readiness: Readiness,
     /// The solutions, in order.
     pub solutions: Vec<Solution>,
-    /// Largest difference from an expected value, relative to the larger of 1 and its size; 0 asks for the same bits up to the sign of zero.
+    /// Largest difference from an expected value, relative to the larger of 1 and its size; 0 asks for the
+    /// same bits up to the sign of zero.
     #[serde(default)]
     pub tolerance: f64,
 }
@@ -44,7 +45,8 @@ pub struct Solution {
     pub accepted: bool,
 }
 
-/// A script being played. Where the coupler leaves it, the call fails with the place and both values; `terminate` fails where solutions are left over.
+/// A script being played. Where the coupler leaves it, the call fails with the place and both values;
+/// `terminate` fails where solutions are left over.
 ///
 /// The saved state is the place in the script.
 pub struct Scripted {

@@ -1,4 +1,5 @@
-//! Mocks from words of a command line: `spring-mass --points 40 --dimension 2 --stiffness 1e4 --fault nan@12`.
+//! Mocks from words of a command line:
+//! `spring-mass --points 40 --dimension 2 --stiffness 1e4 --fault nan@12`.
 
 use crate::{
     AddedMassColumn, Constant, Fault, Faulty, GivenVelocity, Harmonic, Hydrostatic, Idle, Integration, Law,
@@ -185,8 +186,8 @@ pub struct SpecError(
 );
 
 impl MockSpec {
-    /// From words: the kind, then options as `--key value`, `--key=value` or `key=value`; hyphens in keys stand for underscores, `fault` may come
-    /// several times.
+    /// From words: the kind, then options as `--key value`, `--key=value` or `key=value`; hyphens in keys
+    /// stand for underscores, `fault` may come several times.
     pub fn from_words<S: AsRef<str>>(words: &[S]) -> Result<Self, SpecError> {
         let mut words = words.iter().map(AsRef::as_ref);
         let names = || KINDS.iter().map(|k| k.name).collect::<Vec<_>>().join(", ");
@@ -229,7 +230,8 @@ impl MockSpec {
         if mistakes.is_empty() { Ok(spec) } else { Err(SpecError(mistakes)) }
     }
 
-    /// Makes the mock, unguarded: put it behind [`interfaces::Guarded`] where nothing else watches the order of calls.
+    /// Makes the mock, unguarded: put it behind [`interfaces::Guarded`] where nothing else watches the order
+    /// of calls.
     pub fn build(&self) -> Result<Box<dyn Participant>, SpecError> {
         let kind = KINDS.iter().find(|k| k.name == self.kind).expect("the kind was found before");
         let mut read = Read { spec: self, kind, mistakes: Vec::new() };
@@ -459,7 +461,8 @@ impl Read<'_> {
         }
     }
 
-    /// One number for all components, or one each; more than `d` numbers are a mistake unless they are the default.
+    /// One number for all components, or one each; more than `d` numbers are a mistake unless they are the
+    /// default.
     fn vector(&mut self, key: &str, d: usize) -> Vec<f64> {
         let Some(text) = self.text(key) else { return vec![0.0; d] };
         let values: Vec<f64> = text.split(',').map_while(|x| x.trim().parse().ok()).collect();

@@ -5,8 +5,8 @@ use interfaces::{Description, Direction, Exchange, Fields, Participant, Particip
 use interfaces::{TimeWindow, WindowReport};
 use std::time::Instant;
 
-/// The physics of a mock. Its state is one vector, and solving a window is a function of the accepted state, the window and the inputs:
-/// solutions repeat to the bit, and saving the state is saving the mock.
+/// The physics of a mock. Its state is one vector, and solving a window is a function of the accepted state,
+/// the window and the inputs: solutions repeat to the bit, and saving the state is saving the mock.
 pub trait Model {
     /// What it is and exchanges.
     fn description(&self) -> Description;
@@ -55,7 +55,8 @@ impl<M: Model> StandIn<M> {
         Self { model, description, window_limit: f64::INFINITY, points: 0, accepted: Vec::new(), trial: None }
     }
 
-    /// The same, but it asks for windows of at most `limit` (s). Larger ones are solved all the same: the limit is the coupler's to keep.
+    /// The same, but it asks for windows of at most `limit` (s). Larger ones are solved all the same: the
+    /// limit is the coupler's to keep.
     pub fn with_window_limit(self, limit: f64) -> Self {
         Self { window_limit: limit, ..self }
     }

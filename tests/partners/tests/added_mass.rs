@@ -1,4 +1,5 @@
-//! The added-mass instability on partners whose amplification is known, through a coupling loop that is only as long as it must be.
+//! The added-mass instability on partners whose amplification is known, through a coupling loop that is only
+//! as long as it must be.
 
 use interfaces::port::names;
 use interfaces::{Description, Direction, Exchange, Fields, Guarded, Participant, SubSteps, TimeWindow};
@@ -37,8 +38,9 @@ impl Pair {
         pair
     }
 
-    /// One window, `solutions` times: the structure under the held load, the fluid under the structure's motion, the load relaxed. With `correct` the
-    /// structure runs once more under the new load. Gives the force on the structure (N) and its height over rest (m).
+    /// One window, `solutions` times: the structure under the held load, the fluid under the structure's
+    /// motion, the load relaxed. With `correct` the structure runs once more under the new load. Gives the
+    /// force on the structure (N) and its height over rest (m).
     fn advance(&mut self, solutions: u32, correct: bool) -> (f64, f64) {
         for iteration in 0..solutions {
             self.structure(iteration);
@@ -96,8 +98,8 @@ fn explicit_coupling_to_a_moving_wall_grows_by_minus_the_mass_ratio() {
         // So small a window that the spring does nothing: (ω Δt)² = 4e-8.
         let mut pair = Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, 1.0, 1e-5);
         let forces: Vec<f64> = (0..20).map(|_| pair.advance(1, false).0).collect();
-        // Force = amplitude · (−μ)ⁿ + a smooth part, whose differences are 8 (ω Δt)² = 3e-7 of the amplitude after 8 windows; those of the
-        // other part are 1.5 · 0.5⁸ = 6e-3 of it at least: 5e-5 of the factor.
+        // Force = amplitude · (−μ)ⁿ + a smooth part, whose differences are 8 (ω Δt)² = 3e-7 of the amplitude
+        // after 8 windows; those of the other part are 1.5 · 0.5⁸ = 6e-3 of it at least: 5e-5 of the factor.
         let differences: Vec<f64> = forces.windows(2).map(|f| f[1] - f[0]).collect();
         let factor = differences[8] / differences[7];
         assert!((factor + mass_ratio).abs() < 2e-4, "{mass_ratio}: {factor}");
@@ -116,10 +118,12 @@ fn iterations_of_a_moving_wall_contract_by_the_relaxation_alone() {
         };
         let (first, second, third) = (force(4), force(5), force(6));
         let found = (third - second) / (second - first);
-        // The spring changes the factor by (ω Δt)² = 4e-6 of itself; differences of forces of 40 N lose four of sixteen digits.
+        // The spring changes the factor by (ω Δt)² = 4e-6 of itself; differences of forces of 40 N lose four
+        // of sixteen digits.
         assert!((found - factor).abs() < 1e-4, "{relaxation}: {found}");
     }
-    // Exact at once: two solutions, and the force stays the common one, −k u m_a/(m_s + m_a) = 36 N at u = 1 cm (up to (ω Δt)²).
+    // Exact at once: two solutions, and the force stays the common one, −k u m_a/(m_s + m_a) = 36 N at u = 1
+    // cm (up to (ω Δt)²).
     let fluid = format!("added-mass-column mass={}", 9.0 * MASS);
     let mut pair = Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, 0.1, 1e-4);
     let (force, _) = pair.advance(2, false);
@@ -136,15 +140,17 @@ fn a_compliant_column_is_stable_for_any_mass_and_relaxation() {
                 Pair::new(&format!("{STRUCTURE} displacement=0,0.01"), &fluid, relaxation, wet / 200.0);
             let heights: Vec<f64> = (0..2000).map(|_| pair.advance(1, true).1).collect();
             let largest = heights.iter().fold(0.0_f64, |m, h| m.max(h.abs()));
-            // It starts at its amplitude of 1 cm and the scheme only damps; the first windows, whose load starts from zero, add a few windows' fall:
-            // their displacement is of the order (2π/200)² = 1e-3 of the amplitude each, times μ.
+            // It starts at its amplitude of 1 cm and the scheme only damps; the first windows, whose load
+            // starts from zero, add a few windows' fall: their displacement is of the order (2π/200)² = 1e-3
+            // of the amplitude each, times μ.
             let slack = (1.0 + mass_ratio) * (2.0 * PI / 200.0_f64).powi(2) / relaxation;
             assert!(largest < 0.01 * (1.0 + slack), "{mass_ratio} {relaxation}: {largest}");
         }
     }
 }
 
-/// Period and logarithmic decrement of the column, from the zeros and extremes of `heights`, `size` (s) apart.
+/// Period and logarithmic decrement of the column, from the zeros and extremes of `heights`, `size` (s)
+/// apart.
 fn oscillation(heights: &[f64], size: f64) -> (f64, f64) {
     let mut zeros = Vec::new();
     for i in 1..heights.len() {

@@ -16,7 +16,8 @@ fn fields(mock: &dyn Participant, points: usize) -> (Fields, Fields) {
 
 #[test]
 fn a_spring_under_a_held_load_moves_by_the_exact_solution() {
-    // m = 4 points · 0.01 m³ · 1000 kg/m³ = 40 kg, k = 4000 N/m: ω = 10/s. F = −4 · 0.01 · (−1000) = 40 N: rest at 1 cm.
+    // m = 4 points · 0.01 m³ · 1000 kg/m³ = 40 kg, k = 4000 N/m: ω = 10/s. F = −4 · 0.01 · (−1000) = 40 N:
+    // rest at 1 cm.
     for (integration, tolerance) in [("exact", 1e-14), ("rk4", 1e-8_f64)] {
         let words = format!("spring-mass points=4 spacing=0.1 stiffness=4000 integration={integration}");
         let mut mock = build(&words).expect("a mock");
@@ -37,7 +38,8 @@ fn a_spring_under_a_held_load_moves_by_the_exact_solution() {
             assert!((at(names::VELOCITY, 7) - v).abs() < 10.0 * tolerance);
             assert!((at(names::POSITION, 6) - 0.3).abs() < 1e-15);
             assert_eq!(report.sub_steps, 100);
-            // Kinetic and elastic energy are the work of the load, 0.8 J at most, up to the integration's error.
+            // Kinetic and elastic energy are the work of the load, 0.8 J at most, up to the integration's
+            // error.
             let [kinetic, elastic, work] = report.scalars[2..] else { panic!("three energies") };
             assert!((kinetic + elastic - work).abs() < 1e-7 * 0.8, "{kinetic} {elastic} {work}");
         }

@@ -1,5 +1,5 @@
-//! Units of another hand, compiled from C when the tests run: points that move together on a spring (`spring.c`), and a fluid that drags points
-//! (`drag.c`).
+//! Units of another hand, compiled from C when the tests run: points that move together on a spring
+//! (`spring.c`), and a fluid that drags points (`drag.c`).
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -9,7 +9,8 @@ use std::process::Command;
 use zip::ZipWriter;
 use zip::write::SimpleFileOptions;
 
-/// A case of nothing but what units and mocks need, whose sides these participants solve; coupled where it says how.
+/// A case of nothing but what units and mocks need, whose sides these participants solve; coupled where it
+/// says how.
 pub fn case_text(fluid: &str, structure: &str, end_time: f64, coupling: &str) -> String {
     let output_interval = 0.1 * end_time;
     format!(
@@ -140,7 +141,8 @@ impl Spring {
     }
 }
 
-/// A fluid that drags every point by 0.5 N s/m against its velocity, for five points, FMI 3.0, with the names of meniscus' ports.
+/// A fluid that drags every point by 0.5 N s/m against its velocity, for five points, FMI 3.0, with the names
+/// of meniscus' ports.
 pub fn drag(folder: &Path) -> PathBuf {
     let description = r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="Drag" instantiationToken="drag">

@@ -1,7 +1,8 @@
-//! What types cannot say: lengths of vectors, boxes inside out, overlaps, names that mean nothing, values that contradict each other.
+//! What types cannot say: lengths of vectors, boxes inside out, overlaps, names that mean nothing, values
+//! that contradict each other.
 //!
-//! A number that [`super::conform`] found wrong is NaN here, and every check asks for what is wrong (`low >= high`), never for what is right
-//! (`!(low < high)`): so an unknown number fails none.
+//! A number that [`super::conform`] found wrong is NaN here, and every check asks for what is wrong
+//! (`low >= high`), never for what is right (`!(low < high)`): so an unknown number fails none.
 
 mod fluid;
 mod overlaps;

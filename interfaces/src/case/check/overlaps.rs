@@ -6,8 +6,8 @@ use crate::case::resolve::beyond;
 use crate::case::typed::{CaseFile, Fluid, Region, Wall};
 use std::borrow::Cow;
 
-/// Depth of an overlap that counts, as a fraction of the particle spacing: over round-off in coordinates that are meant to be the same, and far
-/// under what a particle would notice.
+/// Depth of an overlap that counts, as a fraction of the particle spacing: over round-off in coordinates that
+/// are meant to be the same, and far under what a particle would notice.
 const TOLERANCE: f64 = 0.01;
 
 /// A box with its key and name.
@@ -164,7 +164,8 @@ fn beside_polylines(region: &Part<'_>, walls: &[Wall], tolerance: f64, findings:
     }
 }
 
-/// Whether the segment has a part inside the box shrunk by `tolerance` (clipped axis by axis, after Liang and Barsky 1984).
+/// Whether the segment has a part inside the box shrunk by `tolerance` (clipped axis by axis, after Liang and
+/// Barsky 1984).
 fn passes_through(from: &[f64], to: &[f64], bounds: &AxisBox, tolerance: f64) -> bool {
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {

@@ -1,4 +1,5 @@
-//! What the case file promises: shipped cases load, what is resolved reads back, overrides reach every key, and the docs tell of all.
+//! What the case file promises: shipped cases load, what is resolved reads back, overrides reach every key,
+//! and the docs tell of all.
 
 mod mistakes;
 
@@ -383,7 +384,8 @@ fn every_key_is_in_the_docs() {
     assert!(missing.is_empty(), "docs/case-file.md does not tell of {missing:?}");
 }
 
-/// A unit in a participant's place: its file is sought from the case file, names and parameters are the unit's own.
+/// A unit in a participant's place: its file is sought from the case file, names and parameters are the
+/// unit's own.
 #[test]
 fn a_unit_reads_back_as_it_was_resolved() {
     use super::unit::{ParameterValue, Source};

@@ -1,6 +1,8 @@
-//! The same messages without the protocol: what the transport alone takes, for `meniscus bench exchange` to hold the exchange against.
+//! The same messages without the protocol: what the transport alone takes, for `meniscus bench exchange` to
+//! hold the exchange against.
 //!
-//! A message is copied into shared memory and out of it, and wakes the other side; nothing is checked, and nobody is looked after.
+//! A message is copied into shared memory and out of it, and wakes the other side; nothing is checked, and
+//! nobody is looked after.
 
 use super::{Connection, SLICE};
 use crate::ParticipantError;
@@ -27,7 +29,8 @@ impl<S: Service> Connection<S> {
     pub fn receive_raw(&mut self, deadline: Duration, values: &mut [f64]) -> Result<Kind, ParticipantError> {
         let during = || "while waiting".to_owned();
         let failed = |what: String| ParticipantError::Transport { during: during(), what };
-        // The clock is looked at only where nothing has come: a wait that is woken costs what the transport costs.
+        // The clock is looked at only where nothing has come: a wait that is woken costs what the transport
+        // costs.
         let mut since = None;
         loop {
             if let Some(sample) = self.subscriber.receive().map_err(|e| failed(format!("{e:?}")))? {

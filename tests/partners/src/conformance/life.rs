@@ -89,7 +89,8 @@ impl<'a> Life<'a> {
         self.participant.initialize(start, &self.inputs, &mut self.outputs)
     }
 
-    /// The window that comes next: sizes vary from window to window, and the times follow from the number alone.
+    /// The window that comes next: sizes vary from window to window, and the times follow from the number
+    /// alone.
     pub fn window(&self) -> TimeWindow {
         let options = self.suite.options;
         let size = |index: u64| options.size * [1.0, 0.5, 0.75][(index % 3) as usize];

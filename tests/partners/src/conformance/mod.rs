@@ -1,7 +1,8 @@
-//! Does a participant keep the contract? One suite for all: mocks, solvers, processes behind shared memory, FMUs, a user's own.
+//! Does a participant keep the contract? One suite for all: mocks, solvers, processes behind shared memory,
+//! FMUs, a user's own.
 //!
-//! Every check starts from fresh participants, behind [`interfaces::Guarded`] as in a coupling. A check that fails says what was promised
-//! and what came; [`check`] gathers them all.
+//! Every check starts from fresh participants, behind [`interfaces::Guarded`] as in a coupling. A check that
+//! fails says what was promised and what came; [`check`] gathers them all.
 
 mod life;
 mod order;
@@ -23,7 +24,8 @@ pub struct Options<'a> {
     pub sub_steps: SubSteps,
     /// Whether it can save and restore. Where it cannot, these calls must fail and are not made otherwise.
     pub can_save: bool,
-    /// Fills the inputs for a time (s). Different variants must differ, where the participant takes anything every window.
+    /// Fills the inputs for a time (s). Different variants must differ, where the participant takes anything
+    /// every window.
     pub inputs: &'a dyn Fn(f64, u32, &mut Fields),
 }
 
@@ -93,8 +95,8 @@ impl Suite<'_> {
     }
 }
 
-/// Deterministic inputs that no mock minds: points 1 cm apart along a diagonal, motions of millimetres, loads of kilopascals a metre. A solver needs
-/// positions that fit its own geometry.
+/// Deterministic inputs that no mock minds: points 1 cm apart along a diagonal, motions of millimetres, loads
+/// of kilopascals a metre. A solver needs positions that fit its own geometry.
 pub fn plausible(time: f64, variant: u32, inputs: &mut Fields) {
     let shift = f64::from(variant) + 10.0 * time;
     for (port, array) in inputs.iter_mut() {

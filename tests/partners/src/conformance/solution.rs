@@ -71,7 +71,8 @@ pub(super) fn windows(suite: &Suite) -> Check {
     Ok(())
 }
 
-/// Every solution starts from the last accepted state, repeats to the bit, writes all it gives, and leaves no trace when it is not accepted.
+/// Every solution starts from the last accepted state, repeats to the bit, writes all it gives, and leaves no
+/// trace when it is not accepted.
 pub(super) fn solving_again(suite: &Suite) -> Check {
     let mut life = Life::initialized(suite)?;
     life.advance(0)?;
@@ -93,7 +94,8 @@ pub(super) fn solving_again(suite: &Suite) -> Check {
     straight.advance(0)?.same_as(&after, "without and with solutions that were not accepted")
 }
 
-/// A saved state goes on to the bit: in the participant that saved it, from a solution that was not accepted, and in a new participant.
+/// A saved state goes on to the bit: in the participant that saved it, from a solution that was not accepted,
+/// and in a new participant.
 pub(super) fn saving(suite: &Suite) -> Check {
     if !suite.options.can_save {
         return match Life::initialized(suite)?.participant.save() {

@@ -11,13 +11,15 @@ use interfaces::{Description, Fields, ParticipantError, Scalar, ScalarKind, Time
 pub enum WallModel {
     /// A moving wall: the column follows the velocity given, `v' = v_s`.
     Moving,
-    /// A body of its own mass, whose velocity follows the load with the compliance `c`, which depends on what the velocity given is (see
-    /// [`GivenVelocity`]): column and structure find their common velocity, `v' = (m_s u* + c m_a v)/(m_s + c m_a)`, where
-    /// `u* = v_s + c Δt Σ V ∇p_held·e/m_s` is the structure's predicted velocity without the load it was predicted under.
+    /// A body of its own mass, whose velocity follows the load with the compliance `c`, which depends on what
+    /// the velocity given is (see [`GivenVelocity`]): column and structure find their common velocity,
+    /// `v' = (m_s u* + c m_a v)/(m_s + c m_a)`, where `u* = v_s + c Δt Σ V ∇p_held·e/m_s` is the structure's
+    /// predicted velocity without the load it was predicted under.
     Compliant,
 }
 
-/// Which velocity of the structure the coupler gives (`coupling.structure_velocity`), and so how it follows a load held over the window.
+/// Which velocity of the structure the coupler gives (`coupling.structure_velocity`), and so how it follows a
+/// load held over the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GivenVelocity {
     /// That at the window's end, `Δt F/m_s` by a load `F`: `c = 1`.
@@ -35,25 +37,31 @@ impl GivenVelocity {
     }
 }
 
-/// A column of mass `m_a` on the structure's points along an axis `e`: its force on the structure is `F = −m_a ((v' − v)/Δt + g) e`, from the
-/// accepted velocity `v` to `v'` at the window's end, spread evenly over the structure's volume, `∇p = −F/Σ V`.
+/// A column of mass `m_a` on the structure's points along an axis `e`: its force on the structure is
+/// `F = −m_a ((v' − v)/Δt + g) e`, from the accepted velocity `v` to `v'` at the window's end, spread evenly
+/// over the structure's volume, `∇p = −F/Σ V`.
 ///
-/// On a structure of mass `m_s` and stiffness `k`, with `μ = m_a/m_s`, the wet period is `T = 2π √((m_s + m_a)/k)`. The load error of a window
-/// that is short against the period grows each window, or each iteration of a window, by a factor:
+/// On a structure of mass `m_s` and stiffness `k`, with `μ = m_a/m_s`, the wet period is
+/// `T = 2π √((m_s + m_a)/k)`. The load error of a window that is short against the period grows each window,
+/// or each iteration of a window, by a factor:
 ///
-/// - moving wall, load relaxed by `r`: `1 − r (1 + μ)`. Explicit (`r = 1`) it is `−μ`, whatever the window's size: it diverges for `m_a > m_s`. It is
-///   stable for `r < 2/(1 + μ)`, and `r = 1/(1 + μ)` is exact, as are Aitken's from the second iteration on.
-/// - compliant, end velocity, load relaxed by `r`: the roots of `z² − (1 − r)(1 + β) z + (1 − r) β` with `β = μ/(1 + μ)`, inside the unit circle for
-///   every `0 < r ≤ 1` and every `μ`, and zero for `r = 1`. What is left is an error of accuracy. With the wet `ω = 2π/T` and the load held over a
-///   structure that is solved exactly, the expansion of the eigenvalue in `ωΔt` gives a damping of the first order, at the rate
+/// - moving wall, load relaxed by `r`: `1 − r (1 + μ)`. Explicit (`r = 1`) it is `−μ`, whatever the window's
+///   size: it diverges for `m_a > m_s`. It is stable for `r < 2/(1 + μ)`, and `r = 1/(1 + μ)` is exact, as
+///   are Aitken's from the second iteration on.
+/// - compliant, end velocity, load relaxed by `r`: the roots of `z² − (1 − r)(1 + β) z + (1 − r) β` with
+///   `β = μ/(1 + μ)`, inside the unit circle for every `0 < r ≤ 1` and every `μ`, and zero for `r = 1`. What
+///   is left is an error of accuracy. With the wet `ω = 2π/T` and the load held over a structure that is
+///   solved exactly, the expansion of the eigenvalue in `ωΔt` gives a damping of the first order, at the rate
 ///   `½ ω² Δt β (1 − r)/r`, and a period of `T (1 + e (ωΔt)²)`,
-///   `e = μ [(12 − 13r) r μ² + (3 − 5r²) μ − 7r² + 18r − 12] / (24 r² (1 + μ)²)`: about `½ μ (1 − r)/r − μ/24` for a heavy column, and `−μ/24` for `r = 1`.
-/// - compliant, mean velocity: the roots of `z² − (1 − r + (1 − 2r) b) z + (1 − r) b` with `b = μ/(2 + μ)`, inside the unit circle as well; for
-///   `r = 1` they are `0` and `−b`.
+///   `e = μ [(12 − 13r) r μ² + (3 − 5r²) μ − 7r² + 18r − 12] / (24 r² (1 + μ)²)`: about
+///   `½ μ (1 − r)/r − μ/24` for a heavy column, and `−μ/24` for `r = 1`.
+/// - compliant, mean velocity: the roots of `z² − (1 − r + (1 − 2r) b) z + (1 − r) b` with `b = μ/(2 + μ)`,
+///   inside the unit circle as well; for `r = 1` they are `0` and `−b`.
 ///
-/// Windows that are long against the *dry* period of the structure, `ω_s = √(k/m_s)`: with the end velocity the coupling grows where
-/// `sin ω_s Δt < 0`, for then the structure's end velocity answers a load with the wrong sign; with the mean velocity its answer
-/// `(1 − cos ω_s Δt)/(ω_s Δt)²` is never negative and never over the ½ presumed, and nothing grows.
+/// Windows that are long against the *dry* period of the structure, `ω_s = √(k/m_s)`: with the end velocity
+/// the coupling grows where `sin ω_s Δt < 0`, for then the structure's end velocity answers a load with the
+/// wrong sign; with the mean velocity its answer `(1 − cos ω_s Δt)/(ω_s Δt)²` is never negative and never
+/// over the ½ presumed, and nothing grows.
 ///
 /// State: velocity of the column along the axis (m/s), force on the structure along it (N).
 #[derive(Clone, Debug)]
@@ -77,7 +85,8 @@ pub struct AddedMassColumn {
 }
 
 impl AddedMassColumn {
-    /// A column without weight on an area of one square metre, along axis number `axis`, that is given mean velocities.
+    /// A column without weight on an area of one square metre, along axis number `axis`, that is given mean
+    /// velocities.
     pub fn new(dimension: usize, mass: f64, axis: usize, wall: WallModel) -> Self {
         let mut e = vec![0.0; dimension];
         e[axis] = 1.0;
@@ -97,7 +106,8 @@ impl AddedMassColumn {
         vector.iter().zip(&self.axis).map(|(x, e)| x * e).sum()
     }
 
-    /// Velocity of the structure's centre of mass along the axis (m/s), its mass (kg), and `Σ V ∇p_held·e` (N).
+    /// Velocity of the structure's centre of mass along the axis (m/s), its mass (kg), and `Σ V ∇p_held·e`
+    /// (N).
     fn structure(&self, inputs: &Fields) -> (f64, f64, f64) {
         let d = self.load.dimension;
         let velocity = inputs.get(names::VELOCITY).unwrap_or(&[]);

@@ -6,7 +6,8 @@ use crate::structure::components;
 use interfaces::port::names;
 use interfaces::{Description, END_REQUESTED, Fields, ParticipantError, Scalar, ScalarKind, TimeWindow};
 
-/// A constant pressure gradient. State: the force on the structure (N, `D`), then whether it asks for the end of the run (1 or 0), if it ever will.
+/// A constant pressure gradient. State: the force on the structure (N, `D`), then whether it asks for the end
+/// of the run (1 or 0), if it ever will.
 #[derive(Clone, Debug)]
 pub struct Constant {
     /// How it is given.

@@ -7,7 +7,8 @@ use interfaces::port::names;
 use interfaces::{Description, Fields, ParticipantError, ScalarKind, TimeWindow};
 use std::f64::consts::TAU;
 
-/// A pressure gradient `g sin(2π f t)`, given for the window's end. State: the time (s), then the force on the structure (N, `D`).
+/// A pressure gradient `g sin(2π f t)`, given for the window's end. State: the time (s), then the force on
+/// the structure (N, `D`).
 #[derive(Clone, Debug)]
 pub struct Harmonic {
     /// How it is given.

@@ -8,8 +8,8 @@ use interfaces::{Description, Fields, ParticipantError, ScalarKind, TimeWindow};
 
 /// `p = ρ g max(0, H − y)` at the points' current height `y`, the last coordinate.
 ///
-/// A point under water of a submerged body feels `∇p = −ρ g e_y`: Archimedes' force. A plate of thickness `T` that is dry beneath
-/// feels `∇p = p/T e_y`: the pressure on its upper face, spread over its thickness.
+/// A point under water of a submerged body feels `∇p = −ρ g e_y`: Archimedes' force. A plate of thickness `T`
+/// that is dry beneath feels `∇p = p/T e_y`: the pressure on its upper face, spread over its thickness.
 /// State: force on the structure (N, `D`), pressure gradient (`n × D`), pressure (`n`).
 #[derive(Clone, Debug)]
 pub struct Hydrostatic {

@@ -9,7 +9,8 @@ use interfaces::{Description, Direction, Fields, Port, Quantity, Role, Scalar};
 pub struct Load {
     /// Space dimension `D`, 2 or 3.
     pub dimension: usize,
-    /// What the fluid says it received, as a multiple of what it gives: 1 fulfils condition (46), anything else leaves the coupler a residual to find.
+    /// What the fluid says it received, as a multiple of what it gives: 1 fulfils condition (46), anything
+    /// else leaves the coupler a residual to find.
     pub reaction_factor: f64,
     /// Reference volume of the partner's points (m³), taken at initialisation.
     pub volumes: Vec<f64>,
@@ -21,7 +22,8 @@ impl Load {
         Self { dimension, reaction_factor: 1.0, volumes: Vec::new() }
     }
 
-    /// Ports of a mock fluid. It takes as many points as its partner has; what `required` names it cannot do without.
+    /// Ports of a mock fluid. It takes as many points as its partner has; what `required` names it cannot do
+    /// without.
     pub fn description(&self, solver: &str, required: &[&str], scalars: Vec<Scalar>) -> Description {
         let d = self.dimension;
         let taken = |name: &str, quantity| {
@@ -53,8 +55,9 @@ impl Load {
         self.volumes = inputs.get(names::REFERENCE_VOLUME).unwrap_or(&[]).to_vec();
     }
 
-    /// Writes pressure gradient (Pa/m, `n × D`), pressure (Pa, `n`), reaction and normal. The load pushes against the normal out of the structure, so
-    /// the normal is the direction of the gradient, and zero where there is none.
+    /// Writes pressure gradient (Pa/m, `n × D`), pressure (Pa, `n`), reaction and normal. The load pushes
+    /// against the normal out of the structure, so the normal is the direction of the gradient, and zero
+    /// where there is none.
     pub fn write(&self, gradient: &[f64], pressure: &[f64], outputs: &mut Fields) {
         let normals: Vec<f64> = gradient
             .chunks_exact(self.dimension)

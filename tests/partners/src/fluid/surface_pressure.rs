@@ -8,8 +8,9 @@ use interfaces::{
     Description, Direction, Fields, ParticipantError, Port, Quantity, Role, ScalarKind, TimeWindow,
 };
 
-/// `p = ρ g max(0, H − y)` on the segments of a closed outline that goes with the structure, linear along each; given as forces on its vertices that do
-/// the pressure's work: force and moment are those of the pressure. Two dimensions.
+/// `p = ρ g max(0, H − y)` on the segments of a closed outline that goes with the structure, linear along
+/// each; given as forces on its vertices that do the pressure's work: force and moment are those of the
+/// pressure. Two dimensions.
 ///
 /// State: the resultant force (N, 2), the force on each vertex (`n × 2`).
 #[derive(Clone, Debug)]
@@ -99,7 +100,8 @@ impl Model for SurfacePressure {
 mod tests {
     use super::*;
 
-    /// Archimedes: a box of 4 cm × 2 cm at a slant, its moment about the origin that of its weight in water at its centre.
+    /// Archimedes: a box of 4 cm × 2 cm at a slant, its moment about the origin that of its weight in water
+    /// at its centre.
     #[test]
     fn force_and_moment_are_those_of_the_displaced_water() {
         let outline = Points::on_outline([4, 2], &[0.1, 0.0], 0.01, 1.0);

@@ -15,13 +15,15 @@ pub struct Points {
     pub volume: f64,
     /// Density (kg/m³).
     pub density: f64,
-    /// Segments between points, if the points are the vertices of a boundary mesh: they then take forces, and stand for no volume.
+    /// Segments between points, if the points are the vertices of a boundary mesh: they then take forces, and
+    /// stand for no volume.
     pub facets: Vec<usize>,
 }
 
 impl Points {
-    /// A box of `counts[0] × counts[1] (× counts[2])` points `spacing` (m) apart, the first at `origin` (m), the first axis running fastest.
-    /// A line of points is a box with counts of one. A point's volume is `spacing^D`.
+    /// A box of `counts[0] × counts[1] (× counts[2])` points `spacing` (m) apart, the first at `origin` (m),
+    /// the first axis running fastest. A line of points is a box with counts of one. A point's volume is
+    /// `spacing^D`.
     pub fn on_lattice(counts: &[usize], origin: &[f64], spacing: f64, density: f64) -> Self {
         let dimension = counts.len();
         assert_eq!(dimension, origin.len(), "counts and origin are of one dimension");
@@ -38,8 +40,9 @@ impl Points {
         Self { dimension, positions, volume, density, facets: Vec::new() }
     }
 
-    /// The outline of a box of `counts[0] × counts[1]` cells `spacing` (m) wide, its lower left corner at `origin` (m): a boundary mesh in the plane,
-    /// its segments going round anticlockwise. The box's mass is spread over its points.
+    /// The outline of a box of `counts[0] × counts[1]` cells `spacing` (m) wide, its lower left corner at
+    /// `origin` (m): a boundary mesh in the plane, its segments going round anticlockwise. The box's mass is
+    /// spread over its points.
     pub fn on_outline(counts: [usize; 2], origin: &[f64], spacing: f64, density: f64) -> Self {
         let [nx, ny] = counts;
         let bottom = (0..nx).map(|i| [i, 0]);
@@ -87,7 +90,8 @@ impl Points {
         force
     }
 
-    /// A structure on these points: position and velocity given every window, volume and density once; the load taken.
+    /// A structure on these points: position and velocity given every window, volume and density once; the
+    /// load taken.
     pub fn description(&self, solver: &str, load_required: bool, scalars: Vec<Scalar>) -> Description {
         let (d, n) = (self.dimension, Some(self.len()));
         let port = |name, quantity, direction| Port::new(name, quantity, d, n, direction);

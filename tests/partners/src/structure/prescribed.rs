@@ -22,8 +22,8 @@ pub enum Law {
         /// Velocity (m/s).
         velocity: Vec<f64>,
     },
-    /// A gate that swings open: a rotation in the plane of the first two axes by `θ = angle · (1 − cos(π t/duration))/2`, at rest before 0 and after
-    /// `duration`.
+    /// A gate that swings open: a rotation in the plane of the first two axes by
+    /// `θ = angle · (1 − cos(π t/duration))/2`, at rest before 0 and after `duration`.
     Swing {
         /// The point that stays (m).
         pivot: Vec<f64>,
@@ -140,7 +140,8 @@ mod tests {
             let (_, velocity) = law.motion(t, &x);
             for axis in 0..2 {
                 let slope = (after[axis] - before[axis]) / (2.0 * h);
-                // Central difference: h²/6 of the third derivative (at most 0.1 (4π)³ = 200) and round-off 1e-16/h.
+                // Central difference: h²/6 of the third derivative (at most 0.1 (4π)³ = 200) and round-off
+                // 1e-16/h.
                 assert!((slope - velocity[axis]).abs() < 1e-8, "{law:?}");
             }
         }

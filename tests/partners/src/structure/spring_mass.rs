@@ -16,7 +16,8 @@ pub enum Integration {
 
 /// `m ü + c u̇ + k u = F` in every component, with `m = Σ ρ V` and `F = −Σ V ∇p`.
 ///
-/// Its dry period is `2π √(m/k)` (undamped). State: displacement (m, `D`), velocity (m/s, `D`), work of the load since the start (J).
+/// Its dry period is `2π √(m/k)` (undamped). State: displacement (m, `D`), velocity (m/s, `D`), work of the
+/// load since the start (J).
 #[derive(Clone, Debug)]
 pub struct SpringMass {
     /// The points.
@@ -31,7 +32,8 @@ pub struct SpringMass {
     pub velocity: Vec<f64>,
     /// How it is solved.
     pub integration: Integration,
-    /// Whether the load goes linearly over a window, from what the coupler says of its start; else it is held.
+    /// Whether the load goes linearly over a window, from what the coupler says of its start; else it is
+    /// held.
     pub linear: bool,
 }
 
@@ -78,12 +80,14 @@ impl SpringMass {
     }
 }
 
-/// Displacement and velocity after `dt` (s) of `ü = f − c u̇ − k u` (coefficients divided by the mass, in the order `k, c`), with `f` going linearly from
-/// `forces[0]` to `forces[1]`: the exponential of the system for `(u, dt u̇, 1, t/dt)` by its series, scaled and squared.
+/// Displacement and velocity after `dt` (s) of `ü = f − c u̇ − k u` (coefficients divided by the mass, in the
+/// order `k, c`), with `f` going linearly from `forces[0]` to `forces[1]`: the exponential of the system for
+/// `(u, dt u̇, 1, t/dt)` by its series, scaled and squared.
 pub fn exact(u: f64, v: f64, [k, c]: [f64; 2], [start, end]: [f64; 2], dt: f64) -> (f64, f64) {
     let rate = [-k * dt * dt, -c * dt, start * dt * dt, (end - start) * dt * dt];
     let a = [[0.0, 1.0, 0.0, 0.0], rate, [0.0; 4], [0.0, 0.0, 1.0, 0.0]];
-    // The load's columns are in metres: they scale with the answer and do not count for the convergence of the series.
+    // The load's columns are in metres: they scale with the answer and do not count for the convergence of
+    // the series.
     let norm = a[1][0].abs() + a[1][1].abs() + 1.0;
     let squarings = norm.log2().ceil() as i32 + 1;
     let scale = 0.5_f64.powi(squarings);
@@ -207,7 +211,8 @@ mod tests {
             let [k, c, f] = coefficients;
             let ((u, v), (eu, ev)) =
                 (exact(0.3, -0.2, [k, c], [f; 2], t), closed(0.3, -0.2, coefficients, t));
-            // Each of up to 13 squarings may double the round-off of 1e-16 relative to amplitude and amplitude·ω.
+            // Each of up to 13 squarings may double the round-off of 1e-16 relative to amplitude and
+            // amplitude·ω.
             let omega = coefficients[0].sqrt();
             assert!((u - eu).abs() < 1e-12 && (v - ev).abs() < 1e-12 * omega, "{u} {eu} {v} {ev}");
         }
