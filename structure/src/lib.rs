@@ -15,7 +15,7 @@
 //! with 4, −3 % with 6, −0.1 % with 10.
 //!
 //! Particles off a lattice want cells of their own ([`voronoi_cells`], [`Body::from_cells`]), best after
-//! [`relax_to_centroids`]; [`filling`] lays them in the outline of a two-dimensional body. Six layers, tip
+//! [`relax_to_centroids`]; [`bodies::filling`] lays them in the outline of a two-dimensional body. Six layers, tip
 //! deflection: 10 % jitter +3 to +6 % with the lattice's volumes, +1.3 to +2.2 % with cells, +0.5 % after one
 //! sweep; a lattice at 15° to the faces +28, +13, and +2.8 % after three sweeps, +0.6 % after ten.
 //!
@@ -44,8 +44,8 @@
 //! At 300,000 that makes 10 to 15 GB/s, where `a = b + s c` reached 38 GB/s on the same core. Threads share a
 //! pass from 1,024 particles on; with fewer none is woken.
 //!
-//! To read the method, start at [`time_step`] (the Runge–Kutta step), then `kernels` (stresses and
-//! accelerations), `gradient` (the discrete gradients) and [`material`] (the laws).
+//! To read the method, start at [`tlsph::step`] (the Runge–Kutta step), then `kernels` (stresses and
+//! accelerations), `gradient` (the discrete gradients) and [`materials`] (the laws).
 //!
 //! | symbol | meaning | unit | shape |
 //! |---|---|---|---|
@@ -63,32 +63,21 @@
 //!
 //! In two dimensions one metre of depth is meant: volumes are in m³, forces in N.
 
-mod cells;
+pub mod bodies;
 mod error;
-mod external;
-mod field;
-pub mod filling;
-mod ganzenmuller2015;
-mod gradient;
-mod kernels;
 mod lanes;
-mod load;
-pub mod material;
-mod numbering;
+mod loads;
+pub mod materials;
 pub mod participant;
-mod point;
 mod setup;
-mod stability;
 mod state;
-mod stencil;
-mod structure;
-pub mod time_step;
+pub mod tlsph;
 
-pub use cells::{Cell, relax_to_centroids, voronoi_cells};
+pub use bodies::cells::{Cell, relax_to_centroids, voronoi_cells};
+pub use bodies::point::MaterialPoint;
 pub use error::{Error, ErrorKind, SetupError};
-pub use load::{DeadLoad, History, Load};
-pub use material::{Law, Material, Plane};
-pub use point::MaterialPoint;
+pub use loads::{DeadLoad, History, Load};
+pub use materials::{Law, Material, Plane};
 pub use setup::{Body, Gradient, Setup, Side};
 pub use state::{Derived, Energy, Report, Stability, State};
-pub use structure::Structure;
+pub use tlsph::total_lagrangian::Structure;

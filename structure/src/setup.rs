@@ -1,8 +1,8 @@
 //! What a structure is made of: bodies, loads and options, and the checks on them.
 
-use crate::cells::Cell;
-use crate::load::DeadLoad;
-use crate::material::Material;
+use crate::bodies::cells::Cell;
+use crate::loads::DeadLoad;
+use crate::materials::Material;
 use crate::{ErrorKind, SetupError};
 use sph::lattice::Lattice;
 use sph::{Matrix, Vector};
@@ -27,6 +27,10 @@ impl Gradient {
         }
     }
 }
+
+/// Largest fraction of the limit of stability that a sub-step may be: the largest frequency rises with
+/// deformation within a window, and the iteration for it finds it from below.
+pub(crate) const SAFETY: f64 = 0.9;
 
 /// One of the two sides of a box along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -222,7 +226,7 @@ impl<const D: usize> Setup<D> {
             smoothing_ratio: None,
             damping: 0.0,
             hourglass: 0.0,
-            step_fraction: crate::stability::SAFETY,
+            step_fraction: SAFETY,
         }
     }
 
@@ -255,7 +259,7 @@ impl<const D: usize> Setup<D> {
         positive("smoothing_ratio", self.smoothing_ratio(), false);
         positive("damping", self.damping, true);
         positive("hourglass", self.hourglass, true);
-        if !(self.step_fraction > 0.0 && self.step_fraction <= crate::stability::SAFETY) {
+        if !(self.step_fraction > 0.0 && self.step_fraction <= SAFETY) {
             mistakes.push(ErrorKind::Option { name: "step_fraction", value: self.step_fraction });
         }
         if !self.gravity.iter().all(|g| g.is_finite()) {

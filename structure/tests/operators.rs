@@ -3,7 +3,7 @@
 
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, tensor};
-use structure::filling::{Filling, rectangle, without_disc};
+use structure::bodies::filling::{Filling, rectangle, without_disc};
 use structure::{Body, Derived, Gradient, Law, Material, Plane, Setup, State, Structure};
 
 const GRADIENTS: [Gradient; 2] = [Gradient::FirstOrder, Gradient::Quadratic];

@@ -1,7 +1,7 @@
 //! From the case to the structure's setup and initial velocities.
 
 use super::failed;
-use crate::filling::{Filling, rectangle, without_disc};
+use crate::bodies::filling::{Filling, rectangle, without_disc};
 use crate::{Body, Cell, DeadLoad, Gradient, History, Law, Material, MaterialPoint, Plane, Setup, Side};
 use interfaces::ParticipantError;
 use interfaces::case::numerics::GradientOperator;

@@ -115,16 +115,16 @@ pub(crate) trait ConstitutiveLaw {
 macro_rules! with_law {
     ($choice:expr, $law:ident => $body:expr) => {
         match $choice {
-            $crate::material::Law::AlmansiHooke => {
-                type $law = $crate::material::AlmansiHooke;
+            $crate::materials::Law::AlmansiHooke => {
+                type $law = $crate::materials::AlmansiHooke;
                 $body
             }
-            $crate::material::Law::StVenantKirchhoff => {
-                type $law = $crate::material::StVenantKirchhoff;
+            $crate::materials::Law::StVenantKirchhoff => {
+                type $law = $crate::materials::StVenantKirchhoff;
                 $body
             }
-            $crate::material::Law::NeoHookean => {
-                type $law = $crate::material::NeoHookean;
+            $crate::materials::Law::NeoHookean => {
+                type $law = $crate::materials::NeoHookean;
                 $body
             }
         }

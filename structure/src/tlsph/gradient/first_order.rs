@@ -4,9 +4,9 @@
 //! (upper triangle, row by row), and `Σ_b V_b ∇₀W_ab`.
 
 use crate::lanes::{LANES, Lanes, Tensor, matrix, product};
-use crate::material::{ConstitutiveLaw, Elasticity};
+use crate::materials::{ConstitutiveLaw, Elasticity};
 use crate::setup::Body;
-use crate::stencil::PairOperator;
+use crate::tlsph::stencil::PairOperator;
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, tensor};
 

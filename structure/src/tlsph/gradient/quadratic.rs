@@ -24,9 +24,9 @@
 //! triangles row by row.
 
 use crate::lanes::{LANES, Lanes, Tensor, matrix, plus_identity};
-use crate::material::{ConstitutiveLaw, Elasticity};
+use crate::materials::{ConstitutiveLaw, Elasticity};
 use crate::setup::Body;
-use crate::stencil::PairOperator;
+use crate::tlsph::stencil::PairOperator;
 use nalgebra::{DMatrix, DVector};
 use sph::Matrix;
 use sph::kernel::CubicSpline;

@@ -1,6 +1,6 @@
 //! External accelerations: gravity, dead loads, and the fluid's load, Eq. (48).
 
-use crate::structure::Structure;
+use crate::tlsph::total_lagrangian::Structure;
 use crate::{Error, Load};
 use sph::Vector;
 

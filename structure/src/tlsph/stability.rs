@@ -1,24 +1,20 @@
 //! The stable step from the operator itself: its largest frequency by Lanczos iteration, at rest and again as
 //! the structure is strained.
 
-use crate::field::Field;
-use crate::kernels;
 use crate::lanes::{Lanes, Tensor};
 use crate::setup::Setup;
 use crate::state::{Stability, State};
-use crate::structure::Structure;
+use crate::tlsph::field::Field;
+use crate::tlsph::kernels;
+use crate::tlsph::total_lagrangian::Structure;
 use sph::Vector;
 
 /// Fourth-order Runge–Kutta is stable on the imaginary axis up to `ω Δt = 2√2` (Hairer and Wanner 1996,
 /// §IV.2).
 const RUNGE_KUTTA_LIMIT: f64 = 2.0 * std::f64::consts::SQRT_2;
 
-/// Largest fraction of the limit that is allowed: the largest frequency rises with deformation within a
-/// window, and the iteration finds it from below.
-pub const SAFETY: f64 = 0.9;
-
 /// The limit is found anew where the largest strain has changed by this since it was found. For St. Venant
-/// and Kirchhoff's law the frequency rises by 1.5 times the strain, 3 % of the 10 % that [`SAFETY`] leaves.
+/// and Kirchhoff's law the frequency rises by 1.5 times the strain, 3 % of the 10 % that [`SAFETY`](crate::setup::SAFETY) leaves.
 const STRAIN_CHANGE: f64 = 0.02;
 
 /// Lanczos vectors. The largest Ritz value is then within 1e-3 of the eigenvalue on lattices of 10² to 10⁵

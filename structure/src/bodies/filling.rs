@@ -1,7 +1,7 @@
 //! Particles of two-dimensional bodies that no lattice along the axes fits: scattered ones, lattices at an
 //! angle, bodies that a circle cuts.
 
-use crate::cells::{Cell, relax_to_centroids};
+use crate::bodies::cells::{Cell, relax_to_centroids};
 use sph::Vector;
 use sph::lattice::{Lattice, jittered};
 

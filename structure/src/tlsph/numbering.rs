@@ -81,7 +81,7 @@ fn order_of<const D: usize>(body: &Body<D>) -> Vec<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::{Law, Material, Plane};
+    use crate::materials::{Law, Material, Plane};
     use sph::Vector;
 
     #[test]

@@ -7,10 +7,10 @@
 //! `f_a = −½ ζ E Σ_b V_a V_b W_ab/|X_ab|² (δ_a + δ_b) x_ab/|x_ab|`, equal and opposite on the pair. A linear
 //! deformation feels nothing.
 
-use crate::field::Field;
-use crate::kernels;
 use crate::lanes::LANES;
-use crate::structure::Structure;
+use crate::tlsph::field::Field;
+use crate::tlsph::kernels;
+use crate::tlsph::total_lagrangian::Structure;
 use sph::kernel::CubicSpline;
 use sph::neighbours::{CellGrid, NeighbourList};
 use sph::{Matrix, Vector};

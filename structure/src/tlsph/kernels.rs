@@ -4,12 +4,12 @@
 //! each vector instruction set; `pulp` picks at run time. Each particle gathers its own sum in list order, so
 //! neither the number of threads nor the width of the vectors changes a bit of the result.
 
-use crate::field::Field;
-use crate::gradient::{first_order, quadratic};
 use crate::lanes::{LANES, Lanes, Tensor, matrix, row as row_of};
-use crate::material::{ConstitutiveLaw, Elasticity, Law, with_law};
+use crate::materials::{ConstitutiveLaw, Elasticity, Law, with_law};
 use crate::setup::Gradient;
-use crate::stencil::{Slice, Stencil};
+use crate::tlsph::field::Field;
+use crate::tlsph::gradient::{first_order, quadratic};
+use crate::tlsph::stencil::{Slice, Stencil};
 use std::array::from_fn;
 use std::ops::Range;
 

@@ -5,9 +5,9 @@
 //! velocity and `k_u` its acceleration; the stages' velocities are `k_r2 = u + k_u1 Δt/2`,
 //! `k_r3 = u + k_u2 Δt/2`, `k_r4 = u + k_u3 Δt` (the paper's Eq. (45) drops `u`).
 
-use crate::kernels::{self, Stage};
 use crate::state::{Report, State};
-use crate::structure::Structure;
+use crate::tlsph::kernels::{self, Stage};
+use crate::tlsph::total_lagrangian::Structure;
 use crate::{Error, Load};
 
 /// The stages: time of evaluation and of the next stage over `Δt`, weight.

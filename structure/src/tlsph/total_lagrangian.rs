@@ -1,16 +1,16 @@
 //! A structure ready to be advanced: operators built, limits known, scratch in place.
 
-use crate::field::Field;
-use crate::ganzenmuller2015::HourglassPairs;
-use crate::gradient::first_order::FirstOrder;
-use crate::gradient::quadratic::Quadratic;
-use crate::kernels::{self, BodyPass, Fields, row};
 use crate::lanes::{LANES, plus_identity};
-use crate::material::{ConstitutiveLaw, with_law};
-use crate::numbering::{NOBODY, Numbering};
+use crate::materials::{ConstitutiveLaw, with_law};
 use crate::setup::{Gradient, Setup};
 use crate::state::{Derived, Energy, Stability, State};
-use crate::stencil::Stencil;
+use crate::tlsph::field::Field;
+use crate::tlsph::ganzenmuller2015::HourglassPairs;
+use crate::tlsph::gradient::first_order::FirstOrder;
+use crate::tlsph::gradient::quadratic::Quadratic;
+use crate::tlsph::kernels::{self, BodyPass, Fields, row};
+use crate::tlsph::numbering::{NOBODY, Numbering};
+use crate::tlsph::stencil::Stencil;
 use crate::{Error, ErrorKind, SetupError};
 use sph::neighbours::{CellGrid, NeighbourList};
 use sph::{Matrix, Vector};

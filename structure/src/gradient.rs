@@ -1,4 +1,0 @@
-//! Discrete gradients in the reference configuration, one file each, behind [`crate::stencil::PairOperator`].
-
-pub(crate) mod first_order;
-pub(crate) mod quadratic;
