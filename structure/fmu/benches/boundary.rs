@@ -5,7 +5,8 @@
 use criterion::{Criterion, criterion_group, criterion_main};
 use interfaces::case::Case;
 use interfaces::{Direction, SubSteps, TimeWindow};
-use meniscus_structure::instance::{Instance, Phase};
+use meniscus_structure::instance::Instance;
+use meniscus_structure::phase::Phase;
 use meniscus_structure::resources::Resources;
 use std::path::Path;
 

@@ -8,7 +8,8 @@
     reason = "arrays and strings of the importer are read and written through its pointers"
 )]
 
-use crate::instance::{CallError, Instance, Phase, Status};
+use crate::instance::{CallError, Instance, Status};
+use crate::phase::Phase;
 use crate::saved::InstanceState;
 use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char, c_void};

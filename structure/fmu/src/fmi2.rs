@@ -6,7 +6,8 @@
 #![expect(unsafe_code, reason = "functions with the standard's names, called from C")]
 
 use crate::boundary::{self, array, array_mut, call, free, instantiate, text};
-use crate::instance::{CallError, Instance, Logger, Phase, Status};
+use crate::instance::{CallError, Instance, Logger, Status};
+use crate::phase::Phase;
 use crate::resources::{ResourceError, Resources};
 use std::ffi::{CString, c_char, c_void};
 use std::path::PathBuf;

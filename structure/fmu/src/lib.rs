@@ -7,7 +7,7 @@
 //! | layer | module |
 //! |---|---|
 //! | C functions of the standards | `fmi3`, `fmi2`, over `boundary` |
-//! | one instance: life cycle, messages, states | [`instance`] |
+//! | one instance: life cycle, messages, states | [`instance`], [`phase`], [`saved`] |
 //! | the structure, stepped | [`model`] |
 //! | what can be read and set | [`variables`] |
 //! | a few points that stand for all particles (FMI 2.0) | [`reduction`] |
@@ -29,6 +29,7 @@ pub mod icon;
 pub mod instance;
 pub mod model;
 pub mod package;
+pub mod phase;
 pub mod reduction;
 pub mod resources;
 pub mod saved;

@@ -1,7 +1,7 @@
 //! A state of an instance as bytes: token of the unit, life-cycle phase, and the model's numbers.
 
-use crate::instance::Phase;
 use crate::model::Saved;
+use crate::phase::Phase;
 use crate::variables::Parameter;
 use interfaces::SubSteps;
 use words::bytes::{self, Reader, Writer};
