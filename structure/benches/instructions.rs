@@ -10,7 +10,7 @@ mod beam;
 
 use beam::{Path, beam, name};
 use std::process::{Command, ExitCode};
-use structure::{Gradient, Load};
+use structure::{Gradient, Load, Solid};
 
 /// Layers and columns: 3,000 particles.
 const SIZE: [usize; 2] = [20, 150];

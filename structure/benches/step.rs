@@ -10,7 +10,7 @@ mod beam;
 use beam::{Path, beam, name};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::time::Duration;
-use structure::{Gradient, Load};
+use structure::{Gradient, Load, Solid};
 
 /// Layers and columns, the shapes of plates and gates: 300, 3,000, 30,000 and 300,000 particles; and the
 /// sub-steps of a window: 100 as in a coupled run, so that what a window's ends cost weighs as it does there,

@@ -1,5 +1,5 @@
 //! Eight particles at once: arithmetic on small arrays, which the compiler turns into the vector instructions
-//! of the machine it runs on (chosen at run time by `pulp`, see [`crate::tlsph::kernels`]). No fused multiply-add is
+//! of the machine it runs on (chosen at run time by `pulp`, see `tlsph::kernels`). No fused multiply-add is
 //! used, so results are the same to the bit whatever the width of the vectors.
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};

@@ -1,10 +1,10 @@
 //! Loads: what the fluid gives, and dead loads with their history.
 
-use crate::MaterialPoint;
+use crate::bodies::point::MaterialPoint;
 use sph::Vector;
 
 /// Pressure gradient `∇p_s` (Pa/m) at the interface particles over one window, in the order of
-/// [`crate::Structure::interface_particles`]; it accelerates by `−∇p_s/ρ_s`, Eq. (48).
+/// [`crate::Particles::interface`]; it accelerates by `−∇p_s/ρ_s`, Eq. (48).
 #[derive(Clone, Copy, Debug, Default)]
 pub enum Load<'a, const D: usize> {
     /// None.

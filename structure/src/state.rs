@@ -21,6 +21,11 @@ pub struct State<const D: usize> {
 }
 
 impl<const D: usize> State<D> {
+    /// The number of sub-steps in a window of length `dt` (s) from this state that stability asks for.
+    pub fn stable_sub_steps(&self, dt: f64) -> usize {
+        ((dt / (self.stability.step * STEP_TOLERANCE)).ceil() as usize).max(1)
+    }
+
     /// The state as bytes, for a restart that is identical to the bit.
     pub fn to_bytes(&self) -> Vec<u8> {
         let Energy { kinetic, strain, load_work, dissipated } = self.energy;
@@ -65,6 +70,9 @@ impl<const D: usize> State<D> {
     }
 }
 
+/// A sub-step may exceed the stable one by round-off of the division that made it.
+pub(crate) const STEP_TOLERANCE: f64 = 1.0 + 1e-9;
+
 /// The stable sub-step of a state, and the strain that it was found at: large strains stiffen the structure
 /// or soften it. It is kept with the state, so that whatever is computed from a state depends on nothing
 /// else.
@@ -97,7 +105,7 @@ impl Energy {
     }
 }
 
-/// What one call of [`crate::Structure::advance`] did.
+/// What one call of [`crate::Solid::advance`] did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Report {
     /// Sub-steps taken.
@@ -113,7 +121,7 @@ pub struct Derived<const D: usize> {
     pub cauchy_stress: Vec<sph::Matrix<D>>,
     /// Von Mises stress (Pa), with the stress out of the plane.
     pub von_mises: Vec<f64>,
-    /// Strain energy a reference volume (J/m³).
+    /// Strain energy per reference volume (J/m³).
     pub strain_energy_density: Vec<f64>,
     /// Deformation gradient `F`.
     pub deformation_gradient: Vec<sph::Matrix<D>>,

@@ -2,7 +2,7 @@
 //! lattice or not.
 
 use sph::Vector;
-use structure::{Body, Gradient, Law, Material, Plane, Setup, Side, Structure};
+use structure::{Body, Gradient, Law, Material, Plane, Setup, Side, Solid, TotalLagrangian};
 
 /// How the particles lie, which decides how the time step finds neighbours and weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,7 +36,7 @@ pub fn name(gradient: Gradient) -> &'static str {
 }
 
 /// A beam of `layers` times `columns` free particles and the clamp's.
-pub fn beam(gradient: Gradient, path: Path, [layers, columns]: [usize; 2]) -> Structure<2> {
+pub fn beam(gradient: Gradient, path: Path, [layers, columns]: [usize; 2]) -> TotalLagrangian<2> {
     let spacing = 1e-3;
     let material =
         Material { law: Law::AlmansiHooke, plane: Plane::Strain, youngs_modulus: 12e6, poissons_ratio: 0.4 };
@@ -53,5 +53,5 @@ pub fn beam(gradient: Gradient, path: Path, [layers, columns]: [usize; 2]) -> St
     let mut setup = Setup::new(vec![body]);
     setup.gradient = gradient;
     setup.gravity = Vector::from([0.0, -9.81]);
-    Structure::new(setup).expect("the beam is sound")
+    TotalLagrangian::new(setup).expect("the beam is sound")
 }

@@ -1,9 +1,9 @@
 //! The paper's law: Hooke's law between Cauchy stress and Almansi strain.
 
-use super::{ConstitutiveLaw, Elasticity, Response};
 use crate::lanes::{
-    Lanes, Tensor, cofactor, green_lagrange, matrix, plus_identity, product, transposed_product,
+    Lanes, Tensor, cofactor, green_lagrange, matrix, plus_identity, product, trace, transposed_product,
 };
+use crate::materials::law::{ConstitutiveLaw, Elasticity, Response};
 
 /// `σ = λ tr(ε) I + 2 μ ε` with the Almansi strain `ε = F⁻ᵀ E F⁻¹`, Eqs. (37)–(41), and `P = J σ F⁻ᵀ`, Eq.
 /// (34) (the paper prints `F⁻¹` there, and `F⁻ᵀ E Eᵀ` in Eq. (39), which do not transform as these tensors
@@ -12,9 +12,8 @@ use crate::lanes::{
 /// The law has no potential at finite strain; the energy reported is `½ J σ : ε`, its value at small strain.
 /// A cycle of stretches between 0 and `s` in x and between `−s` and 0 in y gives or takes the work
 /// `2 (λ + μ) s³` (tested), so short waves in a strained body may gain energy from nothing where the
-/// integrator takes none: the gate of `cases/elastic_gate` at 8 particles through the thickness and 100
-/// sub-steps a window gains 1.6 J from nothing in 0.1 s, five times what it held
-/// (`docs/decisions/0006-potential.md`). The other laws have potentials and keep theirs to 1e-5.
+/// integrator takes none (`docs/decisions/0006-potential.md`). The other laws have potentials and keep theirs
+/// to 1e-5.
 pub(crate) struct AlmansiHooke;
 
 /// Cofactor of `F`, `J` and the Almansi strain.
@@ -46,12 +45,12 @@ impl ConstitutiveLaw for AlmansiHooke {
     fn energy<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Lanes {
         let (_, jacobian, strain) = kinematics(l);
         let work = transposed_product(&elasticity.hooke(&strain), &strain);
-        crate::lanes::trace(&work) * jacobian * 0.5
+        trace(&work) * jacobian * 0.5
     }
 
     #[inline(always)]
     fn out_of_plane<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Lanes {
         let lambda = if elasticity.plane_stress { 0.0 } else { elasticity.lambda };
-        crate::lanes::trace(&kinematics(l).2) * lambda
+        trace(&kinematics(l).2) * lambda
     }
 }

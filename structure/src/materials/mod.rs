@@ -1,18 +1,20 @@
 //! Elastic materials: constants, the kinematic assumption in two dimensions, and the constitutive laws, one
 //! file each.
 //!
-//! A law is a type that implements `ConstitutiveLaw`; a new one is a new file here, a variant of [`Law`] and
-//! a line in `with_law`.
+//! A law is a type that implements `law::ConstitutiveLaw`; a new one is a new file here, a variant of [`Law`]
+//! and a line in `with_law`.
 
 mod almansi_hooke;
+mod law;
 mod neo_hookean;
 mod st_venant_kirchhoff;
 
 pub(crate) use almansi_hooke::AlmansiHooke;
+pub(crate) use law::{ConstitutiveLaw, Elasticity};
 pub(crate) use neo_hookean::NeoHookean;
 pub(crate) use st_venant_kirchhoff::StVenantKirchhoff;
 
-use crate::lanes::{Lanes, Tensor};
+use sph::Matrix;
 
 /// The constitutive law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -66,51 +68,6 @@ impl Material {
     }
 }
 
-/// Lamé's constants, as the laws use them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Elasticity {
-    /// `λ` (Pa) of the material.
-    pub lambda: f64,
-    /// `μ` (Pa).
-    pub mu: f64,
-    /// `λ` (Pa) that in-plane stresses see: `2λμ/(λ + 2μ)` in plane stress.
-    pub in_plane_lambda: f64,
-    /// Whether the stress out of the plane is zero.
-    pub plane_stress: bool,
-}
-
-impl Elasticity {
-    /// Hooke's law `λ tr(ε) I + 2 μ ε`.
-    #[inline(always)]
-    pub fn hooke<const D: usize>(&self, strain: &Tensor<D>) -> Tensor<D> {
-        let mean = crate::lanes::trace(strain) * self.in_plane_lambda;
-        let mut stress: Tensor<D> = crate::lanes::matrix(|i, j| strain[i][j] * (2.0 * self.mu));
-        for i in 0..D {
-            stress[i][i] += mean;
-        }
-        stress
-    }
-}
-
-/// What a law gives at one displacement gradient.
-pub(crate) struct Response<const D: usize> {
-    /// First Piola–Kirchhoff stress `P` (Pa), entry `(i, J)` spatial and material.
-    pub first_piola: Tensor<D>,
-    /// `J = det F`, of the in-plane deformation gradient in two dimensions.
-    pub jacobian: Lanes,
-}
-
-/// One constitutive law: stress, energy and the stress out of the plane, all from the displacement gradient
-/// `L = F − I` (which keeps small strains exact).
-pub(crate) trait ConstitutiveLaw {
-    /// Stress and Jacobian.
-    fn respond<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Response<D>;
-    /// Strain energy a reference volume (J/m³).
-    fn energy<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Lanes;
-    /// Cauchy stress out of the plane (Pa) in two dimensions.
-    fn out_of_plane<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Lanes;
-}
-
 /// Evaluates the expression with the type alias `$law` standing for the law of the value `$choice`.
 macro_rules! with_law {
     ($choice:expr, $law:ident => $body:expr) => {
@@ -131,6 +88,19 @@ macro_rules! with_law {
     };
 }
 pub(crate) use with_law;
+
+/// Von Mises stress `√(3/2 s : s)` of the deviator, with the stress out of the plane in two dimensions.
+pub(crate) fn von_mises<const D: usize>(sigma: &Matrix<D>, out_of_plane: f64) -> f64 {
+    let third = if D == 2 { out_of_plane } else { 0.0 };
+    let mean = (sigma.trace() + third) / 3.0;
+    let mut square = if D == 2 { (third - mean).powi(2) } else { 0.0 };
+    for i in 0..D {
+        for j in 0..D {
+            square += (sigma[(i, j)] - if i == j { mean } else { 0.0 }).powi(2);
+        }
+    }
+    (1.5 * square).sqrt()
+}
 
 #[cfg(test)]
 mod tests;

@@ -1,7 +1,7 @@
 //! Compressible neo-Hookean material.
 
-use super::{ConstitutiveLaw, Elasticity, Response};
 use crate::lanes::{Lanes, Tensor, cofactor, matrix, plus_identity, trace, transposed_product};
+use crate::materials::law::{ConstitutiveLaw, Elasticity, Response};
 
 /// `ψ = μ/2 (tr C − 3 − 2 ln J) + λ/2 (ln J)²`, `P = μ (F − F⁻ᵀ) + λ ln J F⁻ᵀ` (Bonet and Wood 2008, Eq.
 /// (6.28)).

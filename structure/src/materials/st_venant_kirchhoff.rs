@@ -1,9 +1,9 @@
 //! St. Venant–Kirchhoff: Hooke's law between second Piola–Kirchhoff stress and Green–Lagrange strain.
 
-use super::{ConstitutiveLaw, Elasticity, Response};
 use crate::lanes::{
     Lanes, Tensor, cofactor, green_lagrange, plus_identity, product, trace, transposed_product,
 };
+use crate::materials::law::{ConstitutiveLaw, Elasticity, Response};
 
 /// `S = λ tr(E) I + 2 μ E`, `P = F S`, with the potential `ψ = ½ E : S`.
 pub(crate) struct StVenantKirchhoff;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::lanes::{LANES, green_lagrange, plus_identity};
+use crate::lanes::{LANES, Lanes, Tensor, green_lagrange, plus_identity};
 use sph::{Matrix, tensor};
 
 fn tensor_of(m: [[f64; 2]; 2]) -> Tensor<2> {

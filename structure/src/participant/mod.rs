@@ -3,10 +3,18 @@
 //! Case → [`crate::Setup`]; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and
 //! energies.
 
+mod error;
 mod setup;
 mod snapshot;
 
-use crate::{Derived, Load, MaterialPoint, State, Structure};
+use crate::bodies::point::MaterialPoint;
+use crate::loads::Load;
+use crate::particles::Particles;
+use crate::probes::Reading;
+use crate::solid::Solid;
+use crate::state::{Derived, State};
+use crate::tlsph::total_lagrangian::TotalLagrangian;
+use error::failed;
 use interfaces::case::Case;
 use interfaces::case::coupling::LoadInWindow;
 use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
@@ -30,8 +38,8 @@ const SUB_STEPS_ALONE: u32 = 100;
 /// What the setup refuses, with all its mistakes; a folder that cannot be written.
 pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>, ParticipantError> {
     Ok(match case.general.dimension {
-        2 => Box::new(StructureParticipant::<2>::new(case, Some(out))?),
-        _ => Box::new(StructureParticipant::<3>::new(case, Some(out))?),
+        2 => Box::new(StructureParticipant::<TotalLagrangian<2>, 2>::new(case, Some(out))?),
+        _ => Box::new(StructureParticipant::<TotalLagrangian<3>, 3>::new(case, Some(out))?),
     })
 }
 
@@ -53,8 +61,8 @@ pub trait Stressed: Participant {
 /// What the setup refuses, with all its mistakes.
 pub fn without_snapshots(case: &Case) -> Result<Box<dyn Stressed + Send>, ParticipantError> {
     Ok(match case.general.dimension {
-        2 => Box::new(StructureParticipant::<2>::new(case, None)?),
-        _ => Box::new(StructureParticipant::<3>::new(case, None)?),
+        2 => Box::new(StructureParticipant::<TotalLagrangian<2>, 2>::new(case, None)?),
+        _ => Box::new(StructureParticipant::<TotalLagrangian<3>, 3>::new(case, None)?),
     })
 }
 
@@ -64,18 +72,19 @@ pub fn without_snapshots(case: &Case) -> Result<Box<dyn Stressed + Send>, Partic
 /// What the setup refuses, with all its mistakes.
 pub fn preview(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
     match case.general.dimension {
-        2 => preview_in::<2>(case),
-        _ => preview_in::<3>(case),
+        2 => preview_in::<TotalLagrangian<2>, 2>(case),
+        _ => preview_in::<TotalLagrangian<3>, 3>(case),
     }
 }
 
-fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
-    let (structure, _) = build::<D>(case)?;
-    let stable = structure.stable_time_step();
-    let free = structure.interface_particles().len();
+fn preview_in<S: Solid<D>, const D: usize>(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
+    let (solid, state) = build::<S, D>(case)?;
+    let stable = state.stability.step;
+    let particles = solid.particles();
+    let free = particles.interface.len();
     let line = |what: &str, value: String| (what.to_owned(), value);
     let mut lines = vec![
-        line("particles", format!("{} ({free} free)", structure.len())),
+        line("particles", format!("{} ({free} free)", particles.len())),
         line("stable sub-step", format!("{stable:.3e} s")),
     ];
     if let Some(SubSteps::Fixed(count)) = case.coupling.as_ref().map(|c| c.sub_steps) {
@@ -85,69 +94,54 @@ fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, Part
     Ok(lines)
 }
 
-fn build<const D: usize>(case: &Case) -> Result<(Structure<D>, State<D>), ParticipantError> {
+fn build<S: Solid<D>, const D: usize>(case: &Case) -> Result<(S, State<D>), ParticipantError> {
     let made = setup::from_case::<D>(case)?;
-    let mut structure = Structure::new(made.setup).map_err(failed)?;
-    let mut state = structure.state_at_rest(0.0);
+    let mut solid = S::new(made.setup).map_err(failed)?;
+    let mut state = solid.state_at_rest(0.0);
     state.velocities = made.velocities;
-    structure.evaluate(&mut state).map_err(failed)?;
-    Ok((structure, state))
+    solid.evaluate(&mut state).map_err(failed)?;
+    Ok((solid, state))
 }
 
-fn failed(error: impl std::fmt::Display) -> ParticipantError {
-    ParticipantError::failed(error.to_string())
-}
-
-/// What a probe reads.
-enum Reader<const D: usize> {
-    Displacement(MaterialPoint<D>),
-    Position(MaterialPoint<D>),
-    Velocity(MaterialPoint<D>),
-    /// Force of the fluid on the particles of a body.
-    Force(std::ops::Range<usize>),
-}
-
-struct StructureParticipant<const D: usize> {
+struct StructureParticipant<S: Solid<D>, const D: usize> {
     description: Description,
-    structure: Structure<D>,
+    solid: S,
     accepted: State<D>,
     trial: State<D>,
     /// Pressure gradient at the interface particles (Pa/m).
     load: Vec<Vector<D>>,
     /// The same at the window's start, where the case says that the load is linear within a window.
     start_load: Option<Vec<Vector<D>>>,
-    gravity: Vector<D>,
     /// Sub-steps of the largest window, unless windows may be of any size.
     most_sub_steps: Option<u32>,
-    readers: Vec<Reader<D>>,
+    readings: Vec<Reading<D>>,
     report: Option<WindowReport>,
     derived: Derived<D>,
     snapshots: Option<Snapshots<D>>,
 }
 
-impl<const D: usize> StructureParticipant<D> {
+impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
     fn new(case: &Case, out: Option<&Path>) -> Result<Self, ParticipantError> {
-        let (structure, accepted) = build::<D>(case)?;
-        let points = structure.interface_particles().len();
-        let readers = readers(case, &structure)?;
+        let (solid, accepted) = build::<S, D>(case)?;
+        let particles = solid.particles();
+        let points = particles.interface.len();
         let most_sub_steps = match case.coupling.as_ref().map(|c| c.sub_steps) {
             Some(SubSteps::Fixed(count)) => Some(count),
             Some(SubSteps::Stable) => None,
             None => Some(SUB_STEPS_ALONE),
         };
         Ok(Self {
-            description: describe::<D>(case, points),
-            gravity: Vector::from_column_slice(&case.general.gravity),
+            description: describe::<D>(case, S::METHOD, points),
             trial: accepted.clone(),
             accepted,
             load: vec![Vector::zeros(); points],
             most_sub_steps,
             start_load: linear_load(case).then(|| vec![Vector::zeros(); points]),
-            readers,
+            readings: readings(case, particles)?,
             report: None,
             derived: Derived::default(),
-            snapshots: out.map(|out| Snapshots::create(out, &structure)).transpose()?,
-            structure,
+            snapshots: out.map(|out| Snapshots::create(out, particles)).transpose()?,
+            solid,
         })
     }
 
@@ -157,7 +151,7 @@ impl<const D: usize> StructureParticipant<D> {
     }
 
     fn give_motion(&self, state: &State<D>, outputs: &mut Fields) {
-        let particles = self.structure.interface_particles();
+        let particles = &self.solid.particles().interface;
         for (name, values) in [(names::POSITION, &state.positions), (names::VELOCITY, &state.velocities)] {
             if let Some(field) = outputs.get_mut(name) {
                 for (to, &particle) in field.chunks_exact_mut(D).zip(particles) {
@@ -168,54 +162,35 @@ impl<const D: usize> StructureParticipant<D> {
     }
 
     fn scalars(&self, state: &State<D>) -> Vec<f64> {
-        let energy = &state.energy;
-        let masses = self.structure.masses();
-        let clamped = self.structure.clamped();
-        let potential = (0..masses.len())
-            .filter(|&i| !clamped[i])
-            .map(|i| -masses[i] * self.gravity.dot(&state.positions[i]))
-            .sum();
+        let (energy, particles) = (&state.energy, self.solid.particles());
+        let potential = particles.potential_energy(&state.positions);
         let mut scalars = vec![energy.kinetic, energy.strain, potential, energy.load_work, energy.dissipated];
-        for reader in &self.readers {
-            let value = match reader {
-                Reader::Displacement(point) => point.value(&state.positions) - point.reference,
-                Reader::Position(point) => point.value(&state.positions),
-                Reader::Velocity(point) => point.value(&state.velocities),
-                Reader::Force(body) => self.fluid_force(body),
-            };
-            scalars.extend(value.iter());
+        for reading in &self.readings {
+            scalars.extend(reading.value(particles, state, &self.load).iter());
         }
         scalars
     }
 
     fn write_snapshot(&mut self) -> Result<(), ParticipantError> {
         match &mut self.snapshots {
-            Some(snapshots) => snapshots.write(&mut self.structure, &self.accepted),
+            Some(snapshots) => snapshots.write(&mut self.solid, &self.accepted),
             None => Ok(()),
         }
     }
-
-    fn fluid_force(&self, body: &std::ops::Range<usize>) -> Vector<D> {
-        let volumes = self.structure.volumes();
-        let loaded = self.structure.interface_particles().iter().zip(&self.load);
-        loaded
-            .filter(|(particle, _)| body.contains(&(**particle as usize)))
-            .fold(Vector::zeros(), |sum, (particle, gradient)| sum - gradient * volumes[*particle as usize])
-    }
 }
 
-impl<const D: usize> Stressed for StructureParticipant<D> {
+impl<S: Solid<D>, const D: usize> Stressed for StructureParticipant<S, D> {
     fn stable_time_step(&self) -> f64 {
         self.accepted.stability.step
     }
 
     fn largest_von_mises_stress(&mut self) -> Result<f64, ParticipantError> {
-        self.structure.derive(&self.accepted, &mut self.derived).map_err(failed)?;
+        self.solid.derive(&self.accepted, &mut self.derived).map_err(failed)?;
         Ok(self.derived.von_mises.iter().copied().fold(0.0, f64::max))
     }
 }
 
-impl<const D: usize> Participant for StructureParticipant<D> {
+impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
     fn describe(&self) -> &Description {
         &self.description
     }
@@ -227,15 +202,15 @@ impl<const D: usize> Participant for StructureParticipant<D> {
         outputs: &mut Fields,
     ) -> Result<Readiness, ParticipantError> {
         self.accepted.time = start;
-        let particles = self.structure.interface_particles();
+        let particles = self.solid.particles();
         if let Some(field) = outputs.get_mut(names::REFERENCE_VOLUME) {
-            for (to, &particle) in field.iter_mut().zip(particles) {
-                *to = self.structure.volumes()[particle as usize];
+            for (to, &particle) in field.iter_mut().zip(&particles.interface) {
+                *to = particles.volumes[particle as usize];
             }
         }
         if let Some(field) = outputs.get_mut(names::DENSITY) {
-            for (to, &particle) in field.iter_mut().zip(particles) {
-                *to = self.structure.density(particle as usize);
+            for (to, &particle) in field.iter_mut().zip(&particles.interface) {
+                *to = particles.densities[particle as usize];
             }
         }
         self.give_motion(&self.accepted, outputs);
@@ -261,9 +236,7 @@ impl<const D: usize> Participant for StructureParticipant<D> {
             Some(start_load) => Load::Linear(start_load, &self.load),
             None => Load::Held(&self.load),
         };
-        self.structure
-            .advance(&self.accepted, &mut self.trial, window.size, sub_steps, &load)
-            .map_err(failed)?;
+        self.solid.advance(&self.accepted, &mut self.trial, window.size, sub_steps, &load).map_err(failed)?;
         self.report = Some(WindowReport {
             sub_steps: sub_steps as u32,
             window_limit: self.window_limit(&self.trial),
@@ -291,7 +264,7 @@ impl<const D: usize> Participant for StructureParticipant<D> {
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        self.accepted = State::from_bytes(state, self.structure.len()).map_err(failed)?;
+        self.accepted = State::from_bytes(state, self.solid.particles().len()).map_err(failed)?;
         Ok(())
     }
 
@@ -315,7 +288,7 @@ fn take_vectors<const D: usize>(inputs: &Fields, name: &str, vectors: &mut [Vect
     }
 }
 
-fn describe<const D: usize>(case: &Case, points: usize) -> Description {
+fn describe<const D: usize>(case: &Case, method: &str, points: usize) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, Some(points), direction);
     let balance =
         |name: &str| Scalar { name: name.to_owned(), unit: "J".to_owned(), kind: ScalarKind::Balance };
@@ -336,44 +309,49 @@ fn describe<const D: usize>(case: &Case, points: usize) -> Description {
     }
     Description {
         role: Role::Structure,
-        solver: "meniscus structure (TLSPH)".to_owned(),
+        solver: format!("meniscus structure ({method})"),
         dimension: D,
         ports,
         scalars,
     }
 }
 
-fn readers<const D: usize>(
+fn readings<const D: usize>(
     case: &Case,
-    structure: &Structure<D>,
-) -> Result<Vec<Reader<D>>, ParticipantError> {
+    particles: &Particles<D>,
+) -> Result<Vec<Reading<D>>, ParticipantError> {
     let bodies = &case.structure.as_ref().expect("a structure is made of a case that has one").bodies;
-    case.probes.iter().filter(|p| p.is_on_structure()).map(|probe| reader(probe, bodies, structure)).collect()
+    case.probes
+        .iter()
+        .filter(|p| p.is_on_structure())
+        .map(|probe| reading(probe, bodies, particles))
+        .collect()
 }
 
-fn reader<const D: usize>(
+fn reading<const D: usize>(
     probe: &Probe,
     bodies: &[interfaces::case::resolved::Body],
-    structure: &Structure<D>,
-) -> Result<Reader<D>, ParticipantError> {
+    particles: &Particles<D>,
+) -> Result<Reading<D>, ParticipantError> {
+    let made = &particles.setup.bodies;
     let body_of = |name: &str| {
         let index =
             bodies.iter().position(|b| b.name == name).expect("a checked case names bodies that are there");
-        let first: usize = structure.setup().bodies[..index].iter().map(|b| b.positions.len()).sum();
+        let first: usize = made[..index].iter().map(|b| b.positions.len()).sum();
         (index, first)
     };
     match &probe.target {
         ProbeTarget::StructurePoint { body, at } => {
             let (index, first) = body_of(body);
-            let body = &structure.setup().bodies[index];
+            let body = &made[index];
             let at = Vector::from_column_slice(at);
             let mut point = MaterialPoint::new(at, &body.positions, body.spacing())
                 .expect("a body of a checked case has particles");
             point.weights.iter_mut().for_each(|(particle, _)| *particle += first);
             Ok(match probe.quantity {
-                ProbeQuantity::Displacement => Reader::Displacement(point),
-                ProbeQuantity::Position => Reader::Position(point),
-                ProbeQuantity::Velocity => Reader::Velocity(point),
+                ProbeQuantity::Displacement => Reading::Displacement(point),
+                ProbeQuantity::Position => Reading::Position(point),
+                ProbeQuantity::Velocity => Reading::Velocity(point),
                 other => {
                     return Err(failed(format!(
                         "probe `{}`: a point of the structure has no {other:?}",
@@ -384,7 +362,7 @@ fn reader<const D: usize>(
         }
         ProbeTarget::Body(name) => {
             let (index, first) = body_of(name);
-            Ok(Reader::Force(first..first + structure.setup().bodies[index].positions.len()))
+            Ok(Reading::Force(first..first + made[index].positions.len()))
         }
         other => Err(failed(format!("probe `{}`: {other:?} is not on the structure", probe.name))),
     }

@@ -1,6 +1,6 @@
 //! From the case to the structure's setup and initial velocities.
 
-use super::failed;
+use super::error::failed;
 use crate::bodies::filling::{Filling, rectangle, without_disc};
 use crate::{Body, Cell, DeadLoad, Gradient, History, Law, Material, MaterialPoint, Plane, Setup, Side};
 use interfaces::ParticipantError;

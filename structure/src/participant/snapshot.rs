@@ -1,7 +1,9 @@
 //! Snapshots of the structure: displacement, velocity, stress, strain energy.
 
-use super::failed;
-use crate::{Derived, State, Structure};
+use super::error::failed;
+use crate::particles::Particles;
+use crate::solid::Solid;
+use crate::state::{Derived, State};
 use interfaces::ParticipantError;
 use output::{ParticleFrame, PointArray, Series};
 use sph::Vector;
@@ -16,31 +18,29 @@ pub struct Snapshots<const D: usize> {
 
 impl<const D: usize> Snapshots<D> {
     /// Starts the series in the folder `out`.
-    pub fn create(out: &Path, structure: &Structure<D>) -> Result<Self, ParticipantError> {
+    pub fn create(out: &Path, particles: &Particles<D>) -> Result<Self, ParticipantError> {
         let series = Series::create(out, "structure").map_err(failed)?;
-        let clamped = structure.clamped().iter().map(|&c| u8::from(c)).collect();
+        let clamped = particles.clamped.iter().map(|&c| u8::from(c)).collect();
         Ok(Self { series, derived: Derived::default(), clamped })
     }
 
     /// Writes the next snapshot.
-    pub fn write(&mut self, structure: &mut Structure<D>, state: &State<D>) -> Result<(), ParticipantError> {
-        structure.derive(state, &mut self.derived).map_err(failed)?;
-        let reference = structure.reference_positions();
-        let displacements: Vec<Vector<D>> =
-            state.positions.iter().zip(reference).map(|(x, reference)| x - reference).collect();
+    pub fn write(&mut self, solid: &mut impl Solid<D>, state: &State<D>) -> Result<(), ParticipantError> {
+        solid.derive(state, &mut self.derived).map_err(failed)?;
+        let particles = solid.particles();
         let stress = |i: usize, j: usize| -> Vec<f64> {
             self.derived.cauchy_stress.iter().map(|sigma| sigma[(i, j)]).collect()
         };
         let stresses =
             [("stress_xx", stress(0, 0)), ("stress_yy", stress(1, 1)), ("stress_xy", stress(0, 1))];
         let (positions, velocities) = (flat(&state.positions), flat(&state.velocities));
-        let displacements = flat(&displacements);
+        let displacements = flat(&particles.displacements(&state.positions));
         let mut arrays = vec![
             PointArray::vector("displacement", D, &displacements),
             PointArray::vector("velocity", D, &velocities),
             PointArray::scalar("von_mises_stress", &self.derived.von_mises),
             PointArray::scalar("strain_energy_density", &self.derived.strain_energy_density),
-            PointArray::scalar("reference_volume", structure.volumes()),
+            PointArray::scalar("reference_volume", &particles.volumes),
             PointArray::class("clamped", &self.clamped),
         ];
         arrays.extend(stresses.iter().map(|(name, values)| PointArray::scalar(name, values)));

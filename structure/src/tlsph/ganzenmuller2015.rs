@@ -8,9 +8,12 @@
 //! deformation feels nothing.
 
 use crate::lanes::LANES;
+use crate::particles::Particles;
+use crate::setup::Setup;
 use crate::tlsph::field::Field;
-use crate::tlsph::kernels;
-use crate::tlsph::total_lagrangian::Structure;
+use crate::tlsph::kernels::{self, Fields};
+use crate::tlsph::numbering::Numbering;
+use crate::tlsph::stencil::Stencil;
 use sph::kernel::CubicSpline;
 use sph::neighbours::{CellGrid, NeighbourList};
 use sph::{Matrix, Vector};
@@ -25,17 +28,17 @@ pub(crate) struct HourglassPairs<const D: usize> {
     gradients: Vec<Matrix<D>>,
 }
 
-impl<const D: usize> Structure<D> {
-    /// Builds the pairs if the option is on.
-    pub(crate) fn build_hourglass(&self) -> Option<HourglassPairs<D>> {
-        let coefficient = self.setup.hourglass;
+impl<const D: usize> HourglassPairs<D> {
+    /// The pairs, if the option is on.
+    pub fn new(setup: &Setup<D>) -> Option<Self> {
+        let coefficient = setup.hourglass;
         if coefficient == 0.0 {
             return None;
         }
-        let mut pairs = HourglassPairs { starts: vec![0], ..Default::default() };
+        let mut pairs = Self { starts: vec![0], ..Default::default() };
         let mut first = 0;
-        for body in &self.setup.bodies {
-            let kernel = CubicSpline::<D>::new(self.setup.smoothing_ratio() * body.spacing());
+        for body in &setup.bodies {
+            let kernel = CubicSpline::<D>::new(setup.smoothing_ratio() * body.spacing());
             let mut list = NeighbourList::default();
             list.rebuild(&body.positions, &CellGrid::new(&body.positions, kernel.support()), &body.positions);
             for a in 0..body.positions.len() {
@@ -54,42 +57,46 @@ impl<const D: usize> Structure<D> {
             }
             first += body.positions.len() as u32;
         }
-        pairs.gradients = vec![Matrix::identity(); self.len()];
+        pairs.gradients = vec![Matrix::identity(); first as usize];
         Some(pairs)
     }
 
     /// Adds the control's accelerations of the free particles in the stage's displacements.
-    pub(crate) fn add_hourglass(&mut self, out: &mut Field) {
-        let Some(mut pairs) = self.hourglass.take() else { return };
-        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l, _| {
+    pub fn add(
+        &mut self,
+        particles: &Particles<D>,
+        numbering: &Numbering,
+        stencil: &Stencil,
+        fields: &Fields,
+        out: &mut Field,
+    ) {
+        kernels::visit_gradients::<D>(particles.setup.gradient, stencil, fields, |s, l, _| {
             for lane in 0..LANES {
-                let user = self.numbering.user_of[s * LANES + lane] as usize;
-                if let Some(f) = pairs.gradients.get_mut(user) {
+                let user = numbering.user_of[s * LANES + lane] as usize;
+                if let Some(f) = self.gradients.get_mut(user) {
                     *f = Matrix::identity() + Matrix::from_fn(|i, j| l[i][j].0[lane]);
                 }
             }
         });
-        let displacement = |user: usize| -> Vector<D> {
-            self.fields.displacement.vector(self.numbering.internal_of[user] as usize)
-        };
-        for (a, internal) in self.numbering.pairs().filter(|&(user, _)| !self.clamped[user]) {
+        let displacement =
+            |user: usize| -> Vector<D> { fields.displacement.vector(numbering.internal_of[user] as usize) };
+        for (a, internal) in numbering.pairs().filter(|&(user, _)| !particles.clamped[user]) {
             let mut acceleration = out.vector::<D>(internal);
             let own = displacement(a);
-            for n in pairs.starts[a] as usize..pairs.starts[a + 1] as usize {
-                let b = pairs.others[n] as usize;
-                let reference = self.reference[b] - self.reference[a];
+            for n in self.starts[a] as usize..self.starts[a + 1] as usize {
+                let b = self.others[n] as usize;
+                let reference = particles.reference_positions[b] - particles.reference_positions[a];
                 let current = reference + displacement(b) - own;
                 let length = current.norm();
                 if length == 0.0 {
                     continue;
                 }
                 let direction = current / length;
-                let predicted = (pairs.gradients[a] + pairs.gradients[b]) * reference;
+                let predicted = (self.gradients[a] + self.gradients[b]) * reference;
                 let error = predicted.dot(&direction) - 2.0 * length;
-                acceleration -= direction * (pairs.stiffness[n] * error);
+                acceleration -= direction * (self.stiffness[n] * error);
             }
             out.set_vector(internal, &acceleration);
         }
-        self.hourglass = Some(pairs);
     }
 }

@@ -1,8 +1,8 @@
 //! The two hot loops: stresses from displacements, and the Runge–Kutta stage from stresses.
 //!
-//! Both are written once, on slices of [`LANES`] particles, for `K` basis functions a pair, and compiled for
-//! each vector instruction set; `pulp` picks at run time. Each particle gathers its own sum in list order, so
-//! neither the number of threads nor the width of the vectors changes a bit of the result.
+//! Both are written once, on slices of [`LANES`] particles, for `K` basis functions per pair, and compiled
+//! for each vector instruction set; `pulp` picks at run time. Each particle gathers its own sum in list order,
+//! so neither the number of threads nor the width of the vectors changes a bit of the result.
 
 use crate::lanes::{LANES, Lanes, Tensor, matrix, row as row_of};
 use crate::materials::{ConstitutiveLaw, Elasticity, Law, with_law};
@@ -67,13 +67,13 @@ pub(crate) struct Fields {
     /// One over the mass that the pair sum is divided by, zero for fixed particles: see
     /// [`Pairs::acceleration`].
     pub scale: Field,
-    /// Strain energy a volume (J/m³), filled where it is asked for.
+    /// Strain energy per volume (J/m³), filled where it is asked for.
     pub energy: Field,
 }
 
 /// Rows of [`Fields::step`]: displacement and velocity at the step's start, velocity of the stage, (3) and
-/// (4) the sums of Eqs. (43) and (44), and the work that external accelerations and damping have done, a unit
-/// of mass (J/kg).
+/// (4) the sums of Eqs. (43) and (44), and the work per mass (J/kg) that external accelerations and damping
+/// have done.
 pub(crate) mod row {
     pub const START_DISPLACEMENT: usize = 0;
     pub const START_VELOCITY: usize = 1;
@@ -84,7 +84,7 @@ pub(crate) mod row {
 }
 
 impl Fields {
-    /// Zeros for a dimension, basis functions a pair, margin and particles.
+    /// Zeros for a dimension, basis functions per pair, margin and particles.
     pub fn new(dimension: usize, basis: usize, margin: usize, count: usize) -> Self {
         Self {
             displacement: Field::new(dimension, margin, count),
@@ -97,7 +97,7 @@ impl Fields {
     }
 }
 
-/// Basis functions a pair of a gradient in `dimension` dimensions.
+/// Basis functions per pair of a gradient in `dimension` dimensions.
 pub(crate) fn basis(dimension: usize, gradient: Gradient) -> usize {
     match gradient {
         Gradient::FirstOrder => dimension,
@@ -141,7 +141,7 @@ pub(crate) fn stage_pass(
     for_dimension!(dimension, gradient, stage_pass_in(stencil, stage, fields));
 }
 
-/// Strain energies a volume at all particles from the displacements.
+/// Strain energies per volume at all particles from the displacements.
 pub(crate) fn energy_pass(
     dimension: usize,
     gradient: Gradient,
@@ -163,7 +163,7 @@ pub(crate) fn acceleration_pass(
     for_dimension!(dimension, gradient, acceleration_pass_in(stencil, fields, out));
 }
 
-/// Calls `visit(slice, displacement gradient, strain-gradient energy a volume)` for every slice in order.
+/// Calls `visit(slice, displacement gradient, strain-gradient energy per volume)` for every slice in order.
 pub(crate) fn visit_gradients<const D: usize>(
     gradient: Gradient,
     stencil: &Stencil,
@@ -407,7 +407,7 @@ impl<'a> Pairs<'a> {
         sums
     }
 
-    /// The displacement gradient, and the strain-gradient energy a volume (J/m³).
+    /// The displacement gradient, and the strain-gradient energy per volume (J/m³).
     #[inline(always)]
     fn observe<const D: usize, const K: usize>(
         &self,

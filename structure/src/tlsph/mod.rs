@@ -1,6 +1,12 @@
-//! The total-Lagrangian method.
+//! Total-Lagrangian SPH: neighbours, weights and stresses in the reference configuration.
+//!
+//! Start at [`step`], the Runge–Kutta step over the sub-steps of one window. Below it: `kernels` (stresses
+//! from displacements, accelerations from stresses), on [`total_lagrangian`]'s arrays in the order of
+//! `numbering`, with the neighbours and weights of `stencil`, which one of the operators in `gradient` has
+//! made. `stability` finds the stable step; `transfer` and `derived` lead from a state to those arrays and
+//! back.
 
-mod external;
+mod derived;
 mod field;
 mod ganzenmuller2015;
 mod gradient;
@@ -10,3 +16,4 @@ mod stability;
 mod stencil;
 pub mod step;
 pub mod total_lagrangian;
+mod transfer;

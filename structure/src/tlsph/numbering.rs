@@ -1,8 +1,8 @@
 //! The internal order of particles: rows along the longest axis of each body, so that the neighbours of
 //! consecutive particles are consecutive too, and every body filled up to whole slices of [`LANES`].
 
+use crate::bodies::Body;
 use crate::lanes::LANES;
-use crate::setup::Body;
 use std::ops::Range;
 
 /// Stands for "no particle" in the lanes that fill up a body's last slice.

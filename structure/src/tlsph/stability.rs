@@ -1,12 +1,13 @@
 //! The stable step from the operator itself: its largest frequency by Lanczos iteration, at rest and again as
 //! the structure is strained.
 
+use crate::bodies::Body;
 use crate::lanes::{Lanes, Tensor};
 use crate::setup::Setup;
 use crate::state::{Stability, State};
 use crate::tlsph::field::Field;
 use crate::tlsph::kernels;
-use crate::tlsph::total_lagrangian::Structure;
+use crate::tlsph::total_lagrangian::TotalLagrangian;
 use sph::Vector;
 
 /// Fourth-order Runge–Kutta is stable on the imaginary axis up to `ω Δt = 2√2` (Hairer and Wanner 1996,
@@ -14,7 +15,8 @@ use sph::Vector;
 const RUNGE_KUTTA_LIMIT: f64 = 2.0 * std::f64::consts::SQRT_2;
 
 /// The limit is found anew where the largest strain has changed by this since it was found. For St. Venant
-/// and Kirchhoff's law the frequency rises by 1.5 times the strain, 3 % of the 10 % that [`SAFETY`](crate::setup::SAFETY) leaves.
+/// and Kirchhoff's law the frequency rises by 1.5 times the strain, 3 % of the 10 % that
+/// [`SAFETY`](crate::setup::SAFETY) leaves.
 const STRAIN_CHANGE: f64 = 0.02;
 
 /// Lanczos vectors. The largest Ritz value is then within 1e-3 of the eigenvalue on lattices of 10² to 10⁵
@@ -25,7 +27,7 @@ const ITERATIONS: usize = 40;
 /// linearised operator.
 const PROBE: f64 = 1e-5;
 
-impl<const D: usize> Structure<D> {
+impl<const D: usize> TotalLagrangian<D> {
     /// The stable step (s) at rest in the reference configuration:
     /// [`step_fraction`](crate::Setup::step_fraction) times `2√2/ω_max`; with damping `c` the limit on the
     /// real axis, `2.78/c`, is kept too. That of a strained structure is [`State::stability`].
@@ -35,13 +37,12 @@ impl<const D: usize> Structure<D> {
 
     /// The stable step of a state whose displacements and their gradients are in the fields: the one `known`,
     /// unless the strain has changed much since that was found.
-    pub(crate) fn stability(&mut self, state: &State<D>, known: Stability) -> Stability {
+    pub(super) fn stability(&mut self, state: &State<D>, known: Stability) -> Stability {
         let strain = self.largest_strain();
         if (strain - known.strain).abs() < STRAIN_CHANGE {
             return known;
         }
-        let displacements: Vec<Vector<D>> =
-            state.positions.iter().zip(&self.reference).map(|(x, reference)| x - reference).collect();
+        let displacements = self.particles.displacements(&state.positions);
         Stability { strain, step: self.stable_time_step_about(&displacements) }
     }
 
@@ -49,7 +50,7 @@ impl<const D: usize> Structure<D> {
     fn largest_strain(&self) -> f64 {
         let mut largest = 0.0_f64;
         kernels::visit_gradients::<D>(
-            self.setup.gradient,
+            self.particles.setup.gradient,
             &self.stencil,
             &self.fields,
             |_, l: &Tensor<D>, _| {
@@ -66,10 +67,10 @@ impl<const D: usize> Structure<D> {
     }
 
     /// The stable step (s) of the structure linearised about displacements `U` (m).
-    pub(crate) fn stable_time_step_about(&mut self, displacements: &[Vector<D>]) -> f64 {
-        let spacing = self.setup.bodies.iter().map(crate::Body::spacing).fold(f64::INFINITY, f64::min);
+    pub(super) fn stable_time_step_about(&mut self, displacements: &[Vector<D>]) -> f64 {
+        let spacing = self.particles.setup.bodies.iter().map(Body::spacing).fold(f64::INFINITY, f64::min);
         let omega = self.largest_frequency(displacements, PROBE * spacing);
-        let Setup { step_fraction, damping, .. } = self.setup;
+        let Setup { step_fraction, damping, .. } = self.particles.setup;
         let step = step_fraction * RUNGE_KUTTA_LIMIT / omega;
         if damping > 0.0 { step.min(step_fraction * 2.78 / damping) } else { step }
     }
@@ -80,10 +81,10 @@ impl<const D: usize> Structure<D> {
         let free: Vec<Free<D>> = self
             .numbering
             .pairs()
-            .filter(|&(user, _)| !self.clamped[user])
+            .filter(|&(user, _)| !self.particles.clamped[user])
             .map(|(user, internal)| Free {
                 internal,
-                root_mass: self.masses[user].sqrt(),
+                root_mass: self.particles.masses[user].sqrt(),
                 displacement: displacements[user],
             })
             .collect();
@@ -136,8 +137,7 @@ impl<const D: usize> Structure<D> {
                 self.fields.displacement.set_vector(particle.internal, &moved);
             }
             self.stresses();
-            kernels::acceleration_pass(D, self.setup.gradient, &self.stencil, &self.fields, scratch);
-            self.add_hourglass(scratch);
+            self.accelerations(scratch);
             for (n, particle) in free.iter().enumerate() {
                 let a = scratch.vector::<D>(particle.internal);
                 for i in 0..D {
@@ -177,7 +177,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Body, Gradient, Law, Load, Material, Plane, Setup, Side, Structure};
+    use crate::{Body, Gradient, Law, Load, Material, Plane, Setup, Side, Solid, TotalLagrangian};
     use sph::Vector;
 
     fn grows(gradient: Gradient, factor: f64) -> bool {
@@ -192,13 +192,13 @@ mod tests {
             .clamp(0, Side::Low, gradient, ratio);
         let mut setup = Setup::new(vec![body]);
         setup.gradient = gradient;
-        let mut structure = Structure::new(setup).unwrap();
+        let mut structure = TotalLagrangian::new(setup).unwrap();
         let step = factor * structure.stable_time_step;
         let mut from = structure.state_at_rest(0.0);
         from.stability.step = f64::INFINITY;
         // Rough velocities, so small that all stays linear.
-        let rough = super::rough_start(2 * structure.len());
-        for i in 0..structure.len() {
+        let rough = super::rough_start(2 * structure.particles.len());
+        for i in 0..structure.particles.len() {
             from.velocities[i] = Vector::from([rough[2 * i], rough[2 * i + 1]]) * 1e-6;
         }
         structure.evaluate(&mut from).unwrap();

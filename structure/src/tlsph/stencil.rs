@@ -2,15 +2,15 @@
 //!
 //! Where the particles of a slice have their neighbours at the same distances in the internal order
 //! (lattices, also jittered), an entry is one offset, and the neighbours of the slice are one run in memory;
-//! a lane without that neighbour has weight zero there. Elsewhere an entry is one index a lane. Slices that
+//! a lane without that neighbour has weight zero there. Elsewhere an entry is one index per lane. Slices that
 //! look alike (all inside a lattice) share one set of weights.
 
 use crate::lanes::LANES;
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Offsets a slice may need beyond its longest list before indices a lane are the better choice: half as many
-/// again.
+/// Offsets that a slice may need beyond its longest list before indices per lane are the better choice: half
+/// as many again.
 const RUN_EXCESS: f64 = 1.5;
 
 /// Reference differences equal to this fraction of the spacing count as the same pattern: far over round-off
@@ -22,7 +22,7 @@ const PATTERN_RESOLUTION: f64 = 1e-9;
 pub(crate) struct Slice {
     /// First entry and one past the last, in `offsets` or in `indices`.
     pub entries: (u32, u32),
-    /// Where the weights start, `K LANES` of them an entry.
+    /// Where the weights start, `K LANES` of them per entry.
     pub weights: usize,
     /// Where the constants of the slice's particles start, `LANES` of them each.
     pub constants: usize,
@@ -46,11 +46,11 @@ pub(crate) struct Stencil {
 
 /// What one gradient operator puts on each pair and each particle.
 pub(crate) trait PairOperator {
-    /// Weights a pair.
+    /// Weights per pair.
     const WEIGHTS: usize;
     /// Writes the weights of the pair `(a, b)`, internal indices, to `out`.
     fn weights(&self, a: usize, b: usize, out: &mut [f64]);
-    /// Number of constants a particle.
+    /// Number of constants per particle.
     fn constants(&self) -> usize;
     /// Writes the constants of particle `a` with the neighbours given, or returns `false` where these do not
     /// suffice.

@@ -5,42 +5,19 @@
 //! velocity and `k_u` its acceleration; the stages' velocities are `k_r2 = u + k_u1 Δt/2`,
 //! `k_r3 = u + k_u2 Δt/2`, `k_r4 = u + k_u3 Δt` (the paper's Eq. (45) drops `u`).
 
-use crate::state::{Report, State};
+use crate::error::Error;
+use crate::loads::Load;
+use crate::state::{Report, STEP_TOLERANCE, State};
 use crate::tlsph::kernels::{self, Stage};
-use crate::tlsph::total_lagrangian::Structure;
-use crate::{Error, Load};
+use crate::tlsph::total_lagrangian::TotalLagrangian;
 
 /// The stages: time of evaluation and of the next stage over `Δt`, weight.
 const STAGES: [(f64, Option<f64>, f64); 4] =
     [(0.0, Some(0.5), 1.0), (0.5, Some(0.5), 2.0), (0.5, Some(1.0), 2.0), (1.0, None, 1.0)];
 
-/// A sub-step may exceed the stable one by round-off of the division that made it.
-const STEP_TOLERANCE: f64 = 1.0 + 1e-9;
-
-impl<const D: usize> Structure<D> {
-    /// Solves one window of length `dt` (s) in `sub_steps` equal steps from the accepted state `from`, which
-    /// is not changed, to `to`, whose memory is used again. The load belongs to the interface particles.
-    /// Repeatable to the bit.
-    ///
-    /// Where it fails, `to` holds nothing of use.
-    pub fn advance(
-        &mut self,
-        from: &State<D>,
-        to: &mut State<D>,
-        dt: f64,
-        sub_steps: usize,
-        load: &Load<D>,
-    ) -> Result<Report, Error> {
-        if kernels::is_shared(self.stencil.slices.len()) {
-            // Into the pool once a window: from outside, each pass would wait for a worker to wake up and for
-            // its answer.
-            rayon::scope(|_| self.solve(from, to, dt, sub_steps, load))
-        } else {
-            self.solve(from, to, dt, sub_steps, load)
-        }
-    }
-
-    fn solve(
+impl<const D: usize> TotalLagrangian<D> {
+    /// Solves a window: see [`Solid::advance`](crate::solid::Solid::advance).
+    pub(super) fn solve(
         &mut self,
         from: &State<D>,
         to: &mut State<D>,
@@ -49,7 +26,7 @@ impl<const D: usize> Structure<D> {
         load: &Load<D>,
     ) -> Result<Report, Error> {
         Self::check_window(from, dt, sub_steps)?;
-        self.check_load(load, from.time)?;
+        self.particles.check_load(load, from.time)?;
         self.load_state(from)?;
         let sub_step = dt / sub_steps as f64;
         let varies = self.load_varies(load, from.time, from.time + dt);
@@ -69,10 +46,16 @@ impl<const D: usize> Structure<D> {
                     weight,
                     to_next: next.map(|fraction| fraction * sub_step),
                     sixth: sub_step / 6.0,
-                    damping: self.setup.damping,
+                    damping: self.particles.setup.damping,
                     loaded: self.is_loaded(load),
                 };
-                kernels::stage_pass(D, self.setup.gradient, &self.stencil, &stage, &mut self.fields);
+                kernels::stage_pass(
+                    D,
+                    self.particles.setup.gradient,
+                    &self.stencil,
+                    &stage,
+                    &mut self.fields,
+                );
             }
         }
         self.store_state(from, to, dt)?;
@@ -91,12 +74,5 @@ impl<const D: usize> Structure<D> {
             return Err(Error::Unstable { time, sub_step, stable, window, remedy });
         }
         Ok(())
-    }
-}
-
-impl<const D: usize> State<D> {
-    /// The number of sub-steps in a window of length `dt` (s) from this state that stability asks for.
-    pub fn stable_sub_steps(&self, dt: f64) -> usize {
-        ((dt / (self.stability.step * STEP_TOLERANCE)).ceil() as usize).max(1)
     }
 }

@@ -1,45 +1,44 @@
-//! A structure ready to be advanced: operators built, limits known, scratch in place.
+//! A solid by the total-Lagrangian method: operators built, limits known, scratch in place.
 
-use crate::lanes::{LANES, plus_identity};
-use crate::materials::{ConstitutiveLaw, with_law};
+use crate::error::{Error, ErrorKind, SetupError};
+use crate::lanes::LANES;
+use crate::loads::Load;
+use crate::particles::Particles;
 use crate::setup::{Gradient, Setup};
-use crate::state::{Derived, Energy, Stability, State};
+use crate::solid::Solid;
+use crate::state::{Derived, Energy, Report, Stability, State};
 use crate::tlsph::field::Field;
 use crate::tlsph::ganzenmuller2015::HourglassPairs;
 use crate::tlsph::gradient::first_order::FirstOrder;
 use crate::tlsph::gradient::quadratic::Quadratic;
-use crate::tlsph::kernels::{self, BodyPass, Fields, row};
+use crate::tlsph::kernels::{self, BodyPass, Fields};
 use crate::tlsph::numbering::{NOBODY, Numbering};
 use crate::tlsph::stencil::Stencil;
-use crate::{Error, ErrorKind, SetupError};
+use sph::Vector;
 use sph::neighbours::{CellGrid, NeighbourList};
-use sph::{Matrix, Vector};
 
-/// A structure. It holds what never changes in a run (and scratch memory, hence `&mut` where it computes);
-/// what does change is a [`State`].
+/// A solid by TLSPH.
 #[derive(Clone, Debug)]
-pub struct Structure<const D: usize> {
-    pub(crate) setup: Setup<D>,
-    pub(crate) numbering: Numbering,
-    pub(crate) stencil: Stencil,
-    pub(crate) passes: Vec<BodyPass>,
-    pub(crate) fields: Fields,
-    /// Reference positions, volumes, masses and clamp flags of all bodies, in the setup's order.
-    pub(crate) reference: Vec<Vector<D>>,
-    pub(crate) volumes: Vec<f64>,
-    pub(crate) masses: Vec<f64>,
-    pub(crate) clamped: Vec<bool>,
-    pub(crate) interface: Vec<u32>,
-    pub(crate) stable_time_step: f64,
-    pub(crate) hourglass: Option<HourglassPairs<D>>,
+pub struct TotalLagrangian<const D: usize> {
+    pub(super) particles: Particles<D>,
+    pub(super) numbering: Numbering,
+    pub(super) stencil: Stencil,
+    pub(super) passes: Vec<BodyPass>,
+    pub(super) fields: Fields,
+    /// External accelerations (m/s²) of all particles in the setup's order, zero for fixed ones.
+    pub(super) external: Vec<Vector<D>>,
+    pub(super) stable_time_step: f64,
+    hourglass: Option<HourglassPairs<D>>,
 }
 
-impl<const D: usize> Structure<D> {
-    /// Checks the setup, builds the operators in the reference configuration and computes the stable step.
-    pub fn new(setup: Setup<D>) -> Result<Self, SetupError> {
-        setup.check()?;
+impl<const D: usize> Solid<D> for TotalLagrangian<D> {
+    const METHOD: &'static str = "TLSPH";
+
+    fn new(setup: Setup<D>) -> Result<Self, SetupError> {
+        let particles = Particles::new(setup)?;
+        let setup = &particles.setup;
         let numbering = Numbering::new(&setup.bodies);
-        let stencil = build_stencil(&setup, &numbering)?;
+        let stencil = build_stencil(setup, &numbering)?;
         let passes = (setup.bodies.iter().zip(&numbering.slices))
             .map(|(body, slices)| BodyPass {
                 slices: slices.clone(),
@@ -49,107 +48,44 @@ impl<const D: usize> Structure<D> {
             .collect();
         let basis = kernels::basis(D, setup.gradient);
         let mut fields = Fields::new(D, basis, stencil.margin, numbering.count());
-        let bodies = &setup.bodies;
-        let reference = bodies.iter().flat_map(|b| b.positions.iter().copied()).collect();
-        let volumes: Vec<f64> = bodies.iter().flat_map(|b| b.volumes.iter().copied()).collect();
-        let clamped: Vec<bool> = bodies.iter().flat_map(|b| b.clamped.iter().copied()).collect();
-        let densities: Vec<f64> =
-            bodies.iter().flat_map(|b| std::iter::repeat_n(b.density, b.positions.len())).collect();
-        let masses: Vec<f64> = densities.iter().zip(&volumes).map(|(d, v)| d * v).collect();
-        for (user, internal) in numbering.pairs().filter(|&(user, _)| !clamped[user]) {
+        for (user, internal) in numbering.pairs().filter(|&(user, _)| !particles.clamped[user]) {
             let scale = match setup.gradient {
-                Gradient::FirstOrder => 1.0 / densities[user],
-                Gradient::Quadratic => 1.0 / masses[user],
+                Gradient::FirstOrder => 1.0 / particles.densities[user],
+                Gradient::Quadratic => 1.0 / particles.masses[user],
             };
             fields.scale.set(0, internal, scale);
         }
-        let interface = (0..clamped.len() as u32).filter(|&i| !clamped[i as usize]).collect();
-        let mut structure = Self {
-            setup,
+        let hourglass = HourglassPairs::new(setup);
+        let at_rest = vec![Vector::zeros(); particles.len()];
+        let mut solid = Self {
+            particles,
             numbering,
             stencil,
             passes,
             fields,
-            reference,
-            volumes,
-            masses,
-            clamped,
-            interface,
+            external: at_rest.clone(),
             stable_time_step: f64::INFINITY,
-            hourglass: None,
+            hourglass,
         };
-        structure.hourglass = structure.build_hourglass();
-        let at_rest = vec![Vector::zeros(); structure.len()];
-        structure.stable_time_step = structure.stable_time_step_about(&at_rest);
-        Ok(structure)
+        solid.stable_time_step = solid.stable_time_step_about(&at_rest);
+        Ok(solid)
     }
 
-    /// The setup it was made of.
-    pub fn setup(&self) -> &Setup<D> {
-        &self.setup
+    fn particles(&self) -> &Particles<D> {
+        &self.particles
     }
 
-    /// Number of particles, fixed ones included.
-    pub fn len(&self) -> usize {
-        self.reference.len()
-    }
-
-    /// Whether there are no particles (there always are).
-    pub fn is_empty(&self) -> bool {
-        self.reference.is_empty()
-    }
-
-    /// Reference positions `X` (m).
-    pub fn reference_positions(&self) -> &[Vector<D>] {
-        &self.reference
-    }
-
-    /// Reference volumes `V` (m³).
-    pub fn volumes(&self) -> &[f64] {
-        &self.volumes
-    }
-
-    /// Masses `ρ_s V` (kg).
-    pub fn masses(&self) -> &[f64] {
-        &self.masses
-    }
-
-    /// Which particles are fixed.
-    pub fn clamped(&self) -> &[bool] {
-        &self.clamped
-    }
-
-    /// The interface particles: all that are not fixed, ascending. Loads of the fluid come in this order.
-    pub fn interface_particles(&self) -> &[u32] {
-        &self.interface
-    }
-
-    /// Reference density `ρ_s` (kg/m³) of a particle.
-    pub fn density(&self, particle: usize) -> f64 {
-        let mut first = 0;
-        for body in &self.setup.bodies {
-            first += body.positions.len();
-            if particle < first {
-                return body.density;
-            }
-        }
-        panic!("particle {particle} of {first}");
-    }
-
-    /// The state at rest in the reference configuration at a time (s).
-    pub fn state_at_rest(&self, time: f64) -> State<D> {
+    fn state_at_rest(&self, time: f64) -> State<D> {
         State {
             time,
-            positions: self.reference.clone(),
-            velocities: vec![Vector::zeros(); self.len()],
+            positions: self.particles.reference_positions.clone(),
+            velocities: vec![Vector::zeros(); self.particles.len()],
             energy: Energy::default(),
             stability: Stability { strain: 0.0, step: self.stable_time_step },
         }
     }
 
-    /// Sets the kinetic and strain energy and the stable step of a state made by hand (with initial
-    /// velocities, say); the works are left as they are.
-    pub fn evaluate(&mut self, state: &mut State<D>) -> Result<(), Error> {
+    fn evaluate(&mut self, state: &mut State<D>) -> Result<(), Error> {
         self.load_state(state)?;
         state.energy.kinetic = self.kinetic_energy();
         state.energy.strain = self.strain_energy();
@@ -157,194 +93,70 @@ impl<const D: usize> Structure<D> {
         Ok(())
     }
 
-    /// Stresses, energy density and deformation gradient of a state; the vectors given are filled anew.
-    pub fn derive(&mut self, state: &State<D>, out: &mut Derived<D>) -> Result<(), Error> {
-        self.load_state(state)?;
-        let count = self.len();
-        out.cauchy_stress.resize(count, Matrix::zeros());
-        out.von_mises.resize(count, 0.0);
-        out.strain_energy_density.resize(count, 0.0);
-        out.deformation_gradient.resize(count, Matrix::zeros());
-        kernels::visit_gradients::<D>(
-            self.setup.gradient,
-            &self.stencil,
-            &self.fields,
-            |s, l, gradient_energy| {
-                let pass = body_of(&self.passes, s);
-                let e = &pass.elasticity;
-                let (response, energy, out_of_plane) =
-                    with_law!(pass.law, L => (L::respond(e, l), L::energy(e, l), L::out_of_plane(e, l)));
-                let f = plus_identity(l);
-                for lane in 0..LANES {
-                    let user = self.numbering.user_of[s * LANES + lane];
-                    if user == NOBODY {
-                        continue;
-                    }
-                    let user = user as usize;
-                    let f: Matrix<D> = Matrix::from_fn(|i, j| f[i][j].0[lane]);
-                    let p: Matrix<D> = Matrix::from_fn(|i, j| response.first_piola[i][j].0[lane]);
-                    let sigma = p * f.transpose() / response.jacobian.0[lane];
-                    out.deformation_gradient[user] = f;
-                    out.cauchy_stress[user] = sigma;
-                    out.strain_energy_density[user] = energy.0[lane] + gradient_energy.0[lane];
-                    out.von_mises[user] = von_mises(&sigma, out_of_plane.0[lane]);
-                }
-            },
-        );
-        Ok(())
-    }
-
-    /// The force (N) the clamps put on the structure in a state: what holds the internal forces of the free
-    /// particles in balance.
-    pub fn clamp_reaction(&mut self, state: &State<D>) -> Result<Vector<D>, Error> {
-        // The pair forces cancel over all particles, so those on the fixed ones are minus those on the free
-        // ones.
-        let accelerations = self.internal_accelerations(state)?;
-        Ok((0..self.len()).fold(Vector::zeros(), |sum, i| sum + accelerations[i] * self.masses[i]))
-    }
-
-    /// Accelerations (m/s²) of the internal forces, Eq. (42) without the external term but with the hourglass
-    /// control; zero for fixed particles.
-    pub fn internal_accelerations(&mut self, state: &State<D>) -> Result<Vec<Vector<D>>, Error> {
-        self.load_state(state)?;
-        if let Some(slice) = self.stresses() {
-            return Err(self.inversion(slice, state.time));
-        }
-        let mut field = Field::new(D, self.stencil.margin, self.numbering.count());
-        kernels::acceleration_pass(D, self.setup.gradient, &self.stencil, &self.fields, &mut field);
-        self.add_hourglass(&mut field);
-        let internal_of = self.numbering.internal_of.iter();
-        Ok(internal_of.map(|&internal| field.vector::<D>(internal as usize)).collect())
-    }
-
-    /// Momentum (kg m/s) of the free particles.
-    pub fn momentum(&self, state: &State<D>) -> Vector<D> {
-        (0..self.len())
-            .filter(|&i| !self.clamped[i])
-            .fold(Vector::zeros(), |sum, i| sum + state.velocities[i] * self.masses[i])
-    }
-
-    /// Internal order from a state.
-    pub(crate) fn load_state(&mut self, state: &State<D>) -> Result<(), Error> {
-        for (what, given) in
-            [("state.positions", state.positions.len()), ("state.velocities", state.velocities.len())]
-        {
-            if given != self.len() {
-                return Err(Error::Length { what, given, expected: self.len() });
-            }
-        }
-        self.fields.step.clear();
-        for (user, internal) in self.numbering.pairs() {
-            let displacement = state.positions[user] - self.reference[user];
-            let velocity = if self.clamped[user] { Vector::zeros() } else { state.velocities[user] };
-            let finite = |v: &Vector<D>| v.iter().all(|c| c.is_finite());
-            if !(finite(&displacement) && finite(&velocity)) {
-                return Err(Error::NotFinite { particle: user, time: state.time });
-            }
-            self.fields.displacement.set_vector(internal, &displacement);
-            for i in 0..D {
-                self.fields.step.set(row::START_DISPLACEMENT * D + i, internal, displacement[i]);
-                self.fields.step.set(row::START_VELOCITY * D + i, internal, velocity[i]);
-                self.fields.step.set(row::STAGE_VELOCITY * D + i, internal, velocity[i]);
-            }
-        }
-        Ok(())
-    }
-
-    /// Positions, velocities and energies to a state from the internal order, the works added to those of
-    /// `from`.
-    pub(crate) fn store_state(&mut self, from: &State<D>, to: &mut State<D>, dt: f64) -> Result<(), Error> {
-        to.time = from.time + dt;
-        to.positions.resize(self.len(), Vector::zeros());
-        to.velocities.resize(self.len(), Vector::zeros());
-        for (user, internal) in self.numbering.pairs() {
-            let row =
-                |r: usize| -> Vector<D> { Vector::from_fn(|i, _| self.fields.step.get(r * D + i, internal)) };
-            let (displacement, velocity) = (row(row::START_DISPLACEMENT), row(row::START_VELOCITY));
-            if !displacement.iter().chain(velocity.iter()).all(|c| c.is_finite()) {
-                return Err(Error::NotFinite { particle: user, time: to.time });
-            }
-            to.positions[user] = self.reference[user] + displacement;
-            to.velocities[user] = velocity;
-        }
-        to.energy.kinetic = self.kinetic_energy();
-        to.energy.strain = self.strain_energy();
-        to.energy.load_work = from.energy.load_work + self.work(row::WORK);
-        to.energy.dissipated = from.energy.dissipated + self.work(row::DISSIPATION);
-        to.stability = self.stability(to, from.stability);
-        Ok(())
-    }
-
-    /// Conjugates of the stage's displacements; the first slice with an inverted particle.
-    pub(crate) fn stresses(&mut self) -> Option<usize> {
-        kernels::stress_pass(D, self.setup.gradient, &self.stencil, &self.passes, &mut self.fields)
-    }
-
-    /// The error for a slice in which `J` is not positive.
-    pub(crate) fn inversion(&self, slice: usize, time: f64) -> Error {
-        let mut found = None;
-        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l, _| {
-            if s == slice {
-                let jacobian = crate::lanes::cofactor(&plus_identity(l)).1;
-                found = (0..LANES)
-                    .find(|&lane| jacobian.0[lane].is_nan() || jacobian.0[lane] <= 0.0)
-                    .map(|lane| (self.numbering.user_of[s * LANES + lane], jacobian.0[lane]));
-            }
-        });
-        let (user, jacobian) = found.unwrap_or((0, f64::NAN));
-        let particle = user as usize;
-        let position = self.reference[particle].as_slice().to_vec();
-        if jacobian.is_nan() {
-            Error::NotFinite { particle, time }
+    fn advance(
+        &mut self,
+        from: &State<D>,
+        to: &mut State<D>,
+        dt: f64,
+        sub_steps: usize,
+        load: &Load<D>,
+    ) -> Result<Report, Error> {
+        if kernels::is_shared(self.stencil.slices.len()) {
+            // Into the pool once per window: from outside, each pass would wait for a worker to wake up and
+            // for its answer.
+            rayon::scope(|_| self.solve(from, to, dt, sub_steps, load))
         } else {
-            Error::Inverted { particle, time, jacobian, position }
+            self.solve(from, to, dt, sub_steps, load)
         }
     }
 
-    fn kinetic_energy(&self) -> f64 {
-        let internal_of = &self.numbering.internal_of;
-        sph::parallel::sum(self.len(), |user| {
-            let a = internal_of[user] as usize;
-            let square: f64 =
-                (0..D).map(|i| self.fields.step.get(row::START_VELOCITY * D + i, a).powi(2)).sum();
-            0.5 * self.masses[user] * square
-        })
-    }
-
-    fn work(&self, row: usize) -> f64 {
-        let internal_of = &self.numbering.internal_of;
-        sph::parallel::sum(self.len(), |user| {
-            let a = internal_of[user] as usize;
-            self.masses[user] * (0..D).map(|i| self.fields.step.get(row * D + i, a)).sum::<f64>()
-        })
-    }
-
-    fn strain_energy(&mut self) -> f64 {
-        let (gradient, stencil) = (self.setup.gradient, &self.stencil);
-        kernels::energy_pass(D, gradient, stencil, &self.passes, &mut self.fields);
-        let internal_of = &self.numbering.internal_of;
-        sph::parallel::sum(self.len(), |user| {
-            self.volumes[user] * self.fields.energy.get(0, internal_of[user] as usize)
-        })
+    fn derive(&mut self, state: &State<D>, out: &mut Derived<D>) -> Result<(), Error> {
+        self.load_state(state)?;
+        self.observe(out);
+        Ok(())
     }
 }
 
-fn body_of(passes: &[BodyPass], slice: usize) -> &BodyPass {
-    let index = passes.partition_point(|p| p.slices.end <= slice);
-    &passes[index]
-}
+impl<const D: usize> TotalLagrangian<D> {
+    /// Conjugates of the stage's displacements; the first slice with an inverted particle.
+    pub(super) fn stresses(&mut self) -> Option<usize> {
+        let gradient = self.particles.setup.gradient;
+        kernels::stress_pass(D, gradient, &self.stencil, &self.passes, &mut self.fields)
+    }
 
-/// `√(3/2 s : s)` of the deviator, with the stress out of the plane in two dimensions.
-fn von_mises<const D: usize>(sigma: &Matrix<D>, out_of_plane: f64) -> f64 {
-    let third = if D == 2 { out_of_plane } else { 0.0 };
-    let mean = (sigma.trace() + third) / 3.0;
-    let mut square = if D == 2 { (third - mean).powi(2) } else { 0.0 };
-    for i in 0..D {
-        for j in 0..D {
-            square += (sigma[(i, j)] - if i == j { mean } else { 0.0 }).powi(2);
+    /// Internal accelerations (m/s²) of the stage from its conjugates, the hourglass control's among them;
+    /// zero for fixed particles.
+    pub(super) fn accelerations(&mut self, out: &mut Field) {
+        kernels::acceleration_pass(D, self.particles.setup.gradient, &self.stencil, &self.fields, out);
+        if let Some(pairs) = &mut self.hourglass {
+            pairs.add(&self.particles, &self.numbering, &self.stencil, &self.fields, out);
         }
     }
-    (1.5 * square).sqrt()
+
+    /// Whether external accelerations change between two times (s) of a window. Those of the hourglass
+    /// control are among them, and so its work is among that of the loads.
+    pub(super) fn load_varies(&self, load: &Load<D>, from: f64, to: f64) -> bool {
+        self.hourglass.is_some() || self.particles.load_varies(load, from, to)
+    }
+
+    /// Whether there is any external acceleration.
+    pub(super) fn is_loaded(&self, load: &Load<D>) -> bool {
+        self.hourglass.is_some() || self.particles.is_loaded(load)
+    }
+
+    /// Fills the external accelerations at a time (s), `fraction` of the window being over.
+    pub(super) fn fill_external(&mut self, load: &Load<D>, time: f64, fraction: f64) {
+        self.particles.accelerate(load, time, fraction, &mut self.external);
+        for &user in &self.particles.interface {
+            let internal = self.numbering.internal_of[user as usize] as usize;
+            self.fields.external.set_vector(internal, &self.external[user as usize]);
+        }
+        if let Some(pairs) = &mut self.hourglass {
+            let mut field = std::mem::take(&mut self.fields.external);
+            pairs.add(&self.particles, &self.numbering, &self.stencil, &self.fields, &mut field);
+            self.fields.external = field;
+        }
+    }
 }
 
 /// Neighbours and weights of all bodies.

@@ -3,9 +3,9 @@
 //! Weights of a pair: `V_b ∇₀W_ab` with `∇₀W_ab = W′(r)/r (X_a − X_b)`. Constants of a particle: `K_a⁻¹`
 //! (upper triangle, row by row), and `Σ_b V_b ∇₀W_ab`.
 
+use crate::bodies::Body;
 use crate::lanes::{LANES, Lanes, Tensor, matrix, product};
 use crate::materials::{ConstitutiveLaw, Elasticity};
-use crate::setup::Body;
 use crate::tlsph::stencil::PairOperator;
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, tensor};

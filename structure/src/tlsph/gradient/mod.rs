@@ -1,4 +1,4 @@
-//! Discrete gradients in the reference configuration, one file each, behind [`crate::tlsph::stencil::PairOperator`].
+//! Discrete gradients in the reference configuration, one file each, behind `stencil::PairOperator`.
 
 pub(crate) mod first_order;
 pub(crate) mod quadratic;

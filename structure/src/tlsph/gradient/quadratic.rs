@@ -23,9 +23,9 @@
 //! `Σ_b (U_b − U_a) w p` to gradient and Hessian, the symmetric `D̃`, `V`, and the centroid's offset; upper
 //! triangles row by row.
 
+use crate::bodies::Body;
 use crate::lanes::{LANES, Lanes, Tensor, matrix, plus_identity};
 use crate::materials::{ConstitutiveLaw, Elasticity};
-use crate::setup::Body;
 use crate::tlsph::stencil::PairOperator;
 use nalgebra::{DMatrix, DVector};
 use sph::Matrix;
@@ -36,8 +36,8 @@ use sph::kernel::CubicSpline;
 /// particles from collapsing.
 const RESOLVED: f64 = 0.2;
 
-/// `λ` counts in the strain-gradient energy up to this many `μ` (`ν = 0.4`): two volumetric constraints more
-/// a particle lock nearly incompressible materials. A gravity-loaded beam of six layers at `ν = 0.49`
+/// `λ` counts in the strain-gradient energy up to this many `μ` (`ν = 0.4`): two more volumetric constraints
+/// per particle lock nearly incompressible materials. A gravity-loaded beam of six layers at `ν = 0.49`
 /// deflects 57.5 mm with the limit, 55.7 without, where the scaling `1 − ν²` of the reference at `ν = 0.4`
 /// says 59.2.
 const LAMBDA_LIMIT: f64 = 4.0;
@@ -392,7 +392,7 @@ pub(crate) fn respond<const D: usize, const K: usize, L: ConstitutiveLaw>(
     (matrix(|i, k| q[i][k] * volume), response.jacobian)
 }
 
-/// The displacement gradient, and the strain-gradient energy a volume (J/m³).
+/// The displacement gradient, and the strain-gradient energy per volume (J/m³).
 #[inline(always)]
 pub(crate) fn observe<const D: usize, const K: usize>(
     moments: &[[Lanes; K]; D],

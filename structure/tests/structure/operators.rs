@@ -4,7 +4,7 @@
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, tensor};
 use structure::bodies::filling::{Filling, rectangle, without_disc};
-use structure::{Body, Derived, Gradient, Law, Material, Plane, Setup, State, Structure};
+use structure::{Body, Derived, Gradient, Law, Material, Plane, Setup, Solid, State, TotalLagrangian};
 
 const GRADIENTS: [Gradient; 2] = [Gradient::FirstOrder, Gradient::Quadratic];
 
@@ -47,10 +47,10 @@ fn celled(law: Law) -> Body<2> {
     Body::from_cells(positions, &cells, 0.1, material(law), 2.0)
 }
 
-fn structure<const D: usize>(body: Body<D>, gradient: Gradient) -> Structure<D> {
+fn structure<const D: usize>(body: Body<D>, gradient: Gradient) -> TotalLagrangian<D> {
     let mut setup = Setup::new(vec![body]);
     setup.gradient = gradient;
-    Structure::new(setup).unwrap()
+    TotalLagrangian::new(setup).unwrap()
 }
 
 /// A smooth, large deformation: bending, shear and stretch.
@@ -154,7 +154,7 @@ fn force_is_the_energys_gradient<const D: usize>(gradient: Gradient, body: Body<
     let found = structure.internal_accelerations(&state).unwrap();
     let scale = found.iter().map(Vector::norm).fold(0.0, f64::max);
     let step = 1e-6;
-    for particle in (0..structure.len()).step_by(7) {
+    for particle in (0..structure.particles().len()).step_by(7) {
         for i in 0..D {
             let mut energy = |sign: f64| {
                 let mut moved = state.clone();
@@ -163,7 +163,7 @@ fn force_is_the_energys_gradient<const D: usize>(gradient: Gradient, body: Body<
                 moved.energy.strain
             };
             let force = -(energy(1.0) - energy(-1.0)) / (2.0 * step);
-            let acceleration = force / structure.masses()[particle];
+            let acceleration = force / structure.particles().masses[particle];
             // Central differences: rounding of the total energy over the step, 1e-16/1e-6 on energies of some
             // 1e3 local ones.
             assert!(
@@ -191,7 +191,7 @@ fn keeps_momenta<const D: usize>(gradient: Gradient, law: Law, body: Body<D>) {
     let mut state = structure.state_at_rest(0.0);
     deform(&mut state, 0.5);
     let accelerations = structure.internal_accelerations(&state).unwrap();
-    let masses = structure.masses();
+    let masses = &structure.particles().masses;
     let forces: Vec<Vector<D>> = accelerations.iter().zip(masses).map(|(a, m)| a * *m).collect();
     let total: f64 = forces.iter().map(Vector::norm).sum();
     let sum = forces.iter().fold(Vector::<D>::zeros(), |s, f| s + f);
@@ -239,7 +239,7 @@ fn hourglass_control_acts_on_what_the_gradient_does_not_see() {
         let mut setup = Setup::new(vec![body.clone()]);
         setup.gradient = Gradient::FirstOrder;
         setup.hourglass = hourglass;
-        Structure::new(setup).unwrap()
+        TotalLagrangian::new(setup).unwrap()
     };
     let (mut plain, mut controlled) = (make(0.0), make(0.1));
     let mut state = plain.state_at_rest(0.0);

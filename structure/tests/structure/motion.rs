@@ -2,8 +2,8 @@
 
 use sph::Vector;
 use structure::{
-    Body, DeadLoad, Error, ErrorKind, Gradient, History, Law, Load, Material, Plane, Setup, Side, State,
-    Structure,
+    Body, DeadLoad, Error, ErrorKind, Gradient, History, Law, Load, Material, Plane, Setup, Side, Solid,
+    State, TotalLagrangian,
 };
 
 type V = Vector<2>;
@@ -26,11 +26,11 @@ fn setup(gradient: Gradient, length: f64, clamped: bool) -> Setup<2> {
     setup
 }
 
-fn swinging(structure: &mut Structure<2>, amount: f64) -> State<2> {
+fn swinging(structure: &mut TotalLagrangian<2>, amount: f64) -> State<2> {
     let mut state = structure.state_at_rest(0.0);
-    for i in 0..structure.len() {
-        let x = structure.reference_positions()[i].x;
-        if !structure.clamped()[i] {
+    for i in 0..structure.particles().len() {
+        let x = structure.particles().reference_positions[i].x;
+        if !structure.particles().clamped[i] {
             state.velocities[i] = V::from([0.0, amount * x * x]);
         }
     }
@@ -41,7 +41,7 @@ fn swinging(structure: &mut Structure<2>, amount: f64) -> State<2> {
 #[test]
 fn runge_kutta_is_of_fourth_order() {
     for gradient in GRADIENTS {
-        let mut structure = Structure::new(setup(gradient, 1.0, true)).unwrap();
+        let mut structure = TotalLagrangian::new(setup(gradient, 1.0, true)).unwrap();
         let from = swinging(&mut structure, 1.0);
         let dt = 8.0 * structure.stable_time_step();
         let mut solve = |sub_steps| {
@@ -61,7 +61,7 @@ fn runge_kutta_is_of_fourth_order() {
 #[test]
 fn energy_is_kept_over_many_swings() {
     for gradient in GRADIENTS {
-        let mut structure = Structure::new(setup(gradient, 2.0, true)).unwrap();
+        let mut structure = TotalLagrangian::new(setup(gradient, 2.0, true)).unwrap();
         let from = swinging(&mut structure, 0.5);
         let mut to = from.clone();
         let dt = 0.1 * structure.stable_time_step();
@@ -77,11 +77,11 @@ fn energy_is_kept_over_many_swings() {
 #[test]
 fn windows_repeat_to_the_bit_and_do_not_depend_on_what_was_solved_before() {
     for gradient in GRADIENTS {
-        let mut structure = Structure::new(setup(gradient, 1.0, true)).unwrap();
+        let mut structure = TotalLagrangian::new(setup(gradient, 1.0, true)).unwrap();
         let from = swinging(&mut structure, 1.0);
         let dt = 10.0 * structure.stable_time_step();
         let (mut first, mut other, mut again) = (from.clone(), from.clone(), from.clone());
-        let load = vec![V::from([3e3, -1e3]); structure.interface_particles().len()];
+        let load = vec![V::from([3e3, -1e3]); structure.particles().interface.len()];
         structure.advance(&from, &mut first, dt, 20, &Load::Held(&load)).unwrap();
         structure.advance(&first, &mut other, dt, 13, &Load::None).unwrap();
         structure.advance(&from, &mut again, dt, 20, &Load::Held(&load)).unwrap();
@@ -96,7 +96,7 @@ fn results_are_the_same_to_the_bit_for_any_number_of_threads() {
         let solve = |threads| {
             rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap().install(|| {
                 // 0.4 by 120 at 0.1: 4,800 particles, over the size from which threads share a pass.
-                let mut structure = Structure::new(setup(gradient, 120.0, true)).unwrap();
+                let mut structure = TotalLagrangian::new(setup(gradient, 120.0, true)).unwrap();
                 let from = swinging(&mut structure, 1e-3);
                 let mut to = from.clone();
                 let dt = 5.0 * structure.stable_time_step();
@@ -117,11 +117,11 @@ fn a_free_body_falls_and_the_work_of_loads_is_its_kinetic_energy() {
     for gradient in GRADIENTS {
         let mut setup = setup(gradient, 1.0, false);
         setup.gravity = V::from([0.0, -9.81]);
-        let mut structure = Structure::new(setup).unwrap();
+        let mut structure = TotalLagrangian::new(setup).unwrap();
         let from = structure.state_at_rest(2.0);
         let mut to = from.clone();
         let (dt, steps) = (20.0 * structure.stable_time_step(), 40);
-        let load = vec![V::from([-2000.0, 0.0]); structure.interface_particles().len()];
+        let load = vec![V::from([-2000.0, 0.0]); structure.particles().interface.len()];
         structure.advance(&from, &mut to, dt, steps, &Load::Held(&load)).unwrap();
         let fall = V::from([0.5 * 2.0 * dt * dt, -0.5 * 9.81 * dt * dt]);
         for (a, b) in to.positions.iter().zip(&from.positions) {
@@ -136,7 +136,8 @@ fn a_free_body_falls_and_the_work_of_loads_is_its_kinetic_energy() {
         // From nothing to the load, the momentum is half of it.
         let zero = vec![V::zeros(); load.len()];
         structure.advance(&from, &mut linear, dt, steps, &Load::Linear(&zero, &load)).unwrap();
-        let speed = structure.momentum(&linear).x / structure.masses().iter().sum::<f64>();
+        let speed = structure.particles().momentum(&linear.velocities).x
+            / structure.particles().masses.iter().sum::<f64>();
         assert!((speed - dt).abs() < 1e-12 * dt, "{speed} {dt}");
     }
 }
@@ -145,7 +146,7 @@ fn a_free_body_falls_and_the_work_of_loads_is_its_kinetic_energy() {
 fn viscous_damping_slows_a_free_body_exponentially() {
     let mut setup = setup(Gradient::FirstOrder, 1.0, false);
     setup.damping = 40.0;
-    let mut structure = Structure::new(setup).unwrap();
+    let mut structure = TotalLagrangian::new(setup).unwrap();
     let mut from = structure.state_at_rest(0.0);
     from.velocities.iter_mut().for_each(|u| *u = V::from([1.0, 0.0]));
     structure.evaluate(&mut from).unwrap();
@@ -159,7 +160,7 @@ fn viscous_damping_slows_a_free_body_exponentially() {
 
 #[test]
 fn refusals_name_particle_time_and_remedy() {
-    let mut structure = Structure::new(setup(Gradient::FirstOrder, 1.0, true)).unwrap();
+    let mut structure = TotalLagrangian::new(setup(Gradient::FirstOrder, 1.0, true)).unwrap();
     let rest = structure.state_at_rest(1.5);
     let mut to = rest.clone();
     let stable = structure.stable_time_step();
@@ -170,7 +171,7 @@ fn refusals_name_particle_time_and_remedy() {
         structure.advance(&rest, &mut to, 0.0, 5, &Load::None).unwrap_err(),
         Error::Window { .. }
     ));
-    let count = structure.interface_particles().len();
+    let count = structure.particles().interface.len();
     let mut load = vec![V::zeros(); count];
     assert!(matches!(
         structure.advance(&rest, &mut to, stable, 1, &Load::Held(&load[1..])).unwrap_err(),
@@ -202,7 +203,7 @@ fn all_mistakes_of_a_setup_are_reported_at_once() {
         force: V::zeros(),
         history: History::constant(),
     });
-    let error = Structure::new(bad).unwrap_err();
+    let error = TotalLagrangian::new(bad).unwrap_err();
     assert_eq!(error.mistakes.len(), 4, "{error}");
     let line = setup(Gradient::FirstOrder, 1.0, false).bodies.remove(0);
     let mut thin = line.clone();
@@ -211,9 +212,9 @@ fn all_mistakes_of_a_setup_are_reported_at_once() {
     }
     thin.positions.iter_mut().enumerate().for_each(|(i, p)| p.x = 0.1 * i as f64);
     let mut thin = Setup::new(vec![thin]);
-    let error = Structure::new(thin.clone()).unwrap_err();
+    let error = TotalLagrangian::new(thin.clone()).unwrap_err();
     assert!(matches!(error.mistakes[..], [ErrorKind::Layers { body: 0, axis: 1, layers: 1 }]), "{error}");
     thin.gradient = Gradient::FirstOrder;
-    let error = Structure::new(thin).unwrap_err();
+    let error = TotalLagrangian::new(thin).unwrap_err();
     assert!(error.to_string().contains("do not span"), "{error}");
 }

@@ -3,8 +3,8 @@
 
 use sph::Vector;
 use structure::{
-    Body, DeadLoad, Error, Gradient, History, Law, Load, Material, MaterialPoint, Plane, Setup, Side,
-    Structure,
+    Body, DeadLoad, Error, Gradient, History, Law, Load, Material, MaterialPoint, Plane, Setup, Side, Solid,
+    TotalLagrangian,
 };
 
 type V = Vector<2>;
@@ -16,7 +16,7 @@ const YOUNGS_MODULUS: f64 = 1e6;
 
 /// The bar, its end pulled by `traction` (Pa of the reference area) from 0.3 s on. With ν = 0 the clamp does
 /// not disturb it.
-fn pulled(law: Law, traction: f64) -> Structure<2> {
+fn pulled(law: Law, traction: f64) -> TotalLagrangian<2> {
     let material =
         Material { law, plane: Plane::Strain, youngs_modulus: YOUNGS_MODULUS, poissons_ratio: 0.0 };
     let bar = Body::block(V::zeros(), V::from([LENGTH, WIDTH]), SPACING, material, 1000.0);
@@ -32,12 +32,12 @@ fn pulled(law: Law, traction: f64) -> Structure<2> {
     setup.dead_loads.push(DeadLoad::at(&end, V::from([traction * WIDTH, 0.0]), History::ramp(0.3)));
     // Near critical for the first mode, π/2 √(E/ρ)/L = 50 1/s.
     setup.damping = 80.0;
-    Structure::new(setup).unwrap()
+    TotalLagrangian::new(setup).unwrap()
 }
 
 /// The stretch in the middle at 0.6 s, solved in `windows`, and the least stable sub-step on the way over
 /// that at rest.
-fn stretch(structure: &mut Structure<2>, windows: usize) -> Result<(f64, f64), Error> {
+fn stretch(structure: &mut TotalLagrangian<2>, windows: usize) -> Result<(f64, f64), Error> {
     let mut state = structure.state_at_rest(0.0);
     let mut next = state.clone();
     let dt = 0.6 / windows as f64;
@@ -48,7 +48,11 @@ fn stretch(structure: &mut Structure<2>, windows: usize) -> Result<(f64, f64), E
         least = least.min(state.stability.step);
     }
     let at = |x: f64| {
-        let point = MaterialPoint::new(V::from([x, 0.5 * WIDTH]), structure.reference_positions(), SPACING);
+        let point = MaterialPoint::new(
+            V::from([x, 0.5 * WIDTH]),
+            &structure.particles().reference_positions,
+            SPACING,
+        );
         point.expect("the bar has particles").value(&state.positions)
     };
     Ok(((at(0.75) - at(0.25)).x / 0.5, least / structure.stable_time_step()))

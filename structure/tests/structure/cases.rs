@@ -3,8 +3,8 @@
 
 use sph::Vector;
 use structure::{
-    Body, DeadLoad, Gradient, History, Law, Load, Material, MaterialPoint, Plane, Setup, Side, State,
-    Structure,
+    Body, DeadLoad, Gradient, History, Law, Load, Material, MaterialPoint, Plane, Setup, Side, Solid, State,
+    TotalLagrangian,
 };
 
 type V = Vector<2>;
@@ -36,7 +36,7 @@ fn free_positions(setup: &Setup<2>) -> Vec<V> {
 /// Advances in windows with as many sub-steps as stability asks and calls
 /// `see(time, displacement of the point)`.
 fn run(
-    structure: &mut Structure<2>,
+    structure: &mut TotalLagrangian<2>,
     mut state: State<2>,
     end: f64,
     windows: usize,
@@ -66,7 +66,7 @@ fn oscillating_plate(layers: usize, gradient: Gradient, smoothing_ratio: f64) ->
         poissons_ratio: nu,
     };
     let setup = clamped_beam(0.2, 0.02, layers, material, density, gradient, smoothing_ratio);
-    let mut structure = Structure::new(setup).unwrap();
+    let mut structure = TotalLagrangian::new(setup).unwrap();
     let c0 = (bulk / density).sqrt();
     let (kl, k) = (1.875_f64, 1.875 / 0.2);
     // Eq. (52)
@@ -75,12 +75,16 @@ fn oscillating_plate(layers: usize, gradient: Gradient, smoothing_ratio: f64) ->
             + (kl.sin() - kl.sinh()) * ((k * x).sinh() - (k * x).sin())
     };
     let mut state = structure.state_at_rest(0.0);
-    for i in 0..structure.len() {
-        let x = structure.reference_positions()[i].x;
+    for i in 0..structure.particles().len() {
+        let x = structure.particles().reference_positions[i].x;
         state.velocities[i] = V::from([0.0, 0.01 * c0 * f(x) / f(0.2)]);
     }
-    let tip = MaterialPoint::new(V::from([0.2, 0.01]), structure.reference_positions(), 0.02 / layers as f64)
-        .unwrap();
+    let tip = MaterialPoint::new(
+        V::from([0.2, 0.01]),
+        &structure.particles().reference_positions,
+        0.02 / layers as f64,
+    )
+    .unwrap();
     let (mut period, mut amplitude, mut before) = (0.0, 0.0_f64, (0.0, 0.0));
     run(&mut structure, state, 0.29, 580, &tip, |t, u| {
         if before.1 < 0.0 && u.y >= 0.0 && period == 0.0 {
@@ -129,9 +133,11 @@ fn a_static_cantilever_with_four_layers() {
         setup.dead_loads.push(DeadLoad::at(&face, V::from([0.0, 1750.0 / 0.001]), History::ramp(1.5e-3)));
         // Near critical for the first mode, 840 Hz: 2 ω is 10,600 1/s; less is enough to rest after 10 ms.
         setup.damping = 2500.0;
-        let mut structure = Structure::new(setup).unwrap();
+        let mut structure = TotalLagrangian::new(setup).unwrap();
         let state = structure.state_at_rest(0.0);
-        let tip = MaterialPoint::new(V::from([0.1, 0.005]), structure.reference_positions(), 0.0025).unwrap();
+        let tip =
+            MaterialPoint::new(V::from([0.1, 0.005]), &structure.particles().reference_positions, 0.0025)
+                .unwrap();
         let mut deflection = 0.0;
         let end = run(&mut structure, state, 0.01, 100, &tip, |_, u| deflection = u.y);
         assert!((deflection / expected - 1.0).abs() < 0.015, "{plane:?}: {deflection}");
@@ -164,9 +170,13 @@ fn a_cantilever_block_in_three_dimensions() {
     setup.gravity = Vector::from([0.0, 0.0, -0.001]);
     // Near critical: twice the first mode's 2.0 rad/s.
     setup.damping = 4.0;
-    let mut structure = Structure::<3>::new(setup).unwrap();
-    let tip = MaterialPoint::new(Vector::from([2.0, 0.125, 0.125]), structure.reference_positions(), 0.0625)
-        .unwrap();
+    let mut structure = TotalLagrangian::<3>::new(setup).unwrap();
+    let tip = MaterialPoint::new(
+        Vector::from([2.0, 0.125, 0.125]),
+        &structure.particles().reference_positions,
+        0.0625,
+    )
+    .unwrap();
     let from = structure.state_at_rest(0.0);
     let mut to = from.clone();
     let sub_steps = from.stable_sub_steps(5.0);

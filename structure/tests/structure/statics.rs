@@ -7,7 +7,8 @@
 
 use sph::Vector;
 use structure::{
-    Body, Law, Material, MaterialPoint, Plane, Setup, Side, Structure, relax_to_centroids, voronoi_cells,
+    Body, Law, Material, MaterialPoint, Plane, Setup, Side, Solid, TotalLagrangian, relax_to_centroids,
+    voronoi_cells,
 };
 
 type V = Vector<2>;
@@ -22,10 +23,10 @@ fn material(poissons_ratio: f64) -> Material {
 }
 
 /// Displacements that balance the weight along `gravity` (m/s²), to 1e-7 of it.
-fn static_displacements(structure: &mut Structure<2>, gravity: V, spacing: f64) -> Vec<V> {
+fn static_displacements(structure: &mut TotalLagrangian<2>, gravity: V, spacing: f64) -> Vec<V> {
     let rest = structure.state_at_rest(0.0);
-    let count = structure.len();
-    let masses = structure.masses().to_vec();
+    let count = structure.particles().len();
+    let masses = structure.particles().masses.clone();
     let dot = |a: &[V], b: &[V]| a.iter().zip(b).map(|(a, b)| a.dot(b)).sum::<f64>();
     let mut stiffness_times = |v: &[V]| -> Vec<V> {
         // Central differences over a thousandth of the spacing: the error is of second order.
@@ -77,7 +78,7 @@ fn deflection(body: Body<2>, angle: f64) -> f64 {
     let end = V::from([LENGTH * cosine - 0.5 * THICKNESS * sine, LENGTH * sine + 0.5 * THICKNESS * cosine]);
     let tip = MaterialPoint::new(end, &free, spacing).unwrap();
     let down = V::from([sine, -cosine]);
-    let mut structure = Structure::new(Setup::new(vec![body])).unwrap();
+    let mut structure = TotalLagrangian::new(Setup::new(vec![body])).unwrap();
     let x = static_displacements(&mut structure, down * GRAVITY, spacing);
     tip.value(&x).dot(&down)
 }
