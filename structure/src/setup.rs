@@ -3,32 +3,8 @@
 use crate::bodies::{Body, Side};
 use crate::error::{ErrorKind, SetupError};
 use crate::loads::DeadLoad;
+use crate::options::{Gradient, Options, SAFETY};
 use sph::Vector;
-
-/// The discrete gradient in the reference configuration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Gradient {
-    /// The paper's kernel gradient corrected to first order, Eqs. (35), (36), (42).
-    FirstOrder,
-    /// Quadratic gradient and Hessian with a strain-gradient energy: right in bending from three particles
-    /// through the thickness on.
-    #[default]
-    Quadratic,
-}
-
-impl Gradient {
-    /// Smoothing length over spacing where none is given: the paper's 1.2; 1.0 for the quadratic gradient.
-    pub fn default_smoothing_ratio(self) -> f64 {
-        match self {
-            Self::FirstOrder => 1.2,
-            Self::Quadratic => 1.0,
-        }
-    }
-}
-
-/// Largest fraction of the limit of stability that a sub-step may be: the largest frequency rises with
-/// deformation within a window, and the iteration for it finds it from below.
-pub(crate) const SAFETY: f64 = 0.9;
 
 impl<const D: usize> Body<D> {
     /// Clamps the face of a box as the gradient wants it: on the face for the quadratic one, by fixed rows
@@ -54,38 +30,15 @@ pub struct Setup<const D: usize> {
     pub gravity: Vector<D>,
     /// Dead loads.
     pub dead_loads: Vec<DeadLoad<D>>,
-    /// Discrete gradient.
-    pub gradient: Gradient,
-    /// Smoothing length over spacing, where not the gradient's own.
-    pub smoothing_ratio: Option<f64>,
-    /// Viscous damping `c` (1/s): the acceleration `−c u`. Zero: none.
-    pub damping: f64,
-    /// Coefficient `ζ` of the hourglass control of Ganzenmüller 2015; others run 0.01 to 0.1. Zero: none.
-    pub hourglass: f64,
-    /// Largest sub-step over the limit of stability, in (0, 0.9]; 0.9 unless told. The method loses energy
-    /// with the fifth power of the step.
-    pub step_fraction: f64,
+    /// Choices of the method.
+    pub options: Options,
 }
 
 impl<const D: usize> Setup<D> {
-    /// Bodies without loads, with the quadratic gradient and no option on. Clamp them for the same gradient
-    /// ([`Body::clamp`]).
+    /// Bodies without loads, with the default options: the quadratic gradient. Clamp them for the same
+    /// gradient ([`Body::clamp`]).
     pub fn new(bodies: Vec<Body<D>>) -> Self {
-        Self {
-            bodies,
-            gravity: Vector::zeros(),
-            dead_loads: Vec::new(),
-            gradient: Gradient::default(),
-            smoothing_ratio: None,
-            damping: 0.0,
-            hourglass: 0.0,
-            step_fraction: SAFETY,
-        }
-    }
-
-    /// Smoothing length over spacing that will be used.
-    pub fn smoothing_ratio(&self) -> f64 {
-        self.smoothing_ratio.unwrap_or_else(|| self.gradient.default_smoothing_ratio())
+        Self { bodies, gravity: Vector::zeros(), dead_loads: Vec::new(), options: Options::default() }
     }
 
     /// Finds all mistakes.
@@ -99,7 +52,7 @@ impl<const D: usize> Setup<D> {
             check_body(index, first, body, &mut mistakes);
             first += body.positions.len();
         }
-        if self.gradient == Gradient::Quadratic && mistakes.is_empty() {
+        if self.options.gradient == Gradient::Quadratic && mistakes.is_empty() {
             for (index, body) in self.bodies.iter().enumerate() {
                 mistakes.extend(too_thin(index, body));
             }
@@ -109,11 +62,11 @@ impl<const D: usize> Setup<D> {
                 mistakes.push(ErrorKind::Option { name, value });
             }
         };
-        positive("smoothing_ratio", self.smoothing_ratio(), false);
-        positive("damping", self.damping, true);
-        positive("hourglass", self.hourglass, true);
-        if !(self.step_fraction > 0.0 && self.step_fraction <= SAFETY) {
-            mistakes.push(ErrorKind::Option { name: "step_fraction", value: self.step_fraction });
+        positive("smoothing_ratio", self.options.smoothing_ratio, false);
+        positive("damping", self.options.damping, true);
+        positive("hourglass", self.options.hourglass, true);
+        if !(self.options.step_fraction > 0.0 && self.options.step_fraction <= SAFETY) {
+            mistakes.push(ErrorKind::Option { name: "step_fraction", value: self.options.step_fraction });
         }
         if !self.gravity.iter().all(|g| g.is_finite()) {
             mistakes.push(ErrorKind::Option { name: "gravity", value: f64::NAN });

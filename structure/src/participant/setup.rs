@@ -69,14 +69,14 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
     }
     let mut setup = Setup::new(bodies);
     setup.gravity = Vector::from_column_slice(&case.general.gravity);
-    setup.gradient = match structure.numerics.gradient {
+    setup.options.gradient = match structure.numerics.gradient {
         GradientOperator::FirstOrder => Gradient::FirstOrder,
         GradientOperator::Quadratic => Gradient::Quadratic,
     };
-    setup.smoothing_ratio = Some(structure.numerics.smoothing_ratio);
-    setup.damping = structure.numerics.damping;
-    setup.step_fraction = structure.numerics.step_fraction;
-    setup.hourglass = structure.numerics.hourglass;
+    setup.options.smoothing_ratio = structure.numerics.smoothing_ratio;
+    setup.options.damping = structure.numerics.damping;
+    setup.options.step_fraction = structure.numerics.step_fraction;
+    setup.options.hourglass = structure.numerics.hourglass;
     let mut first = 0;
     for (part, body) in structure.bodies.iter().zip(&setup.bodies) {
         for load in structure.loads.iter().filter(|l| l.body == part.name) {

@@ -19,7 +19,7 @@ impl<const D: usize> TotalLagrangian<D> {
         out.strain_energy_density.resize(count, 0.0);
         out.deformation_gradient.resize(count, Matrix::zeros());
         kernels::visit_gradients::<D>(
-            self.particles.setup.gradient,
+            self.particles.setup.options.gradient,
             &self.stencil,
             &self.fields,
             |s, l, gradient_energy| {

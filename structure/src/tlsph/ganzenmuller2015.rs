@@ -31,14 +31,14 @@ pub(crate) struct HourglassPairs<const D: usize> {
 impl<const D: usize> HourglassPairs<D> {
     /// The pairs, if the option is on.
     pub fn new(setup: &Setup<D>) -> Option<Self> {
-        let coefficient = setup.hourglass;
+        let coefficient = setup.options.hourglass;
         if coefficient == 0.0 {
             return None;
         }
         let mut pairs = Self { starts: vec![0], ..Default::default() };
         let mut first = 0;
         for body in &setup.bodies {
-            let kernel = CubicSpline::<D>::new(setup.smoothing_ratio() * body.spacing());
+            let kernel = CubicSpline::<D>::new(setup.options.smoothing_ratio * body.spacing());
             let mut list = NeighbourList::default();
             list.rebuild(&body.positions, &CellGrid::new(&body.positions, kernel.support()), &body.positions);
             for a in 0..body.positions.len() {
@@ -70,7 +70,7 @@ impl<const D: usize> HourglassPairs<D> {
         fields: &Fields,
         out: &mut Field,
     ) {
-        kernels::visit_gradients::<D>(particles.setup.gradient, stencil, fields, |s, l, _| {
+        kernels::visit_gradients::<D>(particles.setup.options.gradient, stencil, fields, |s, l, _| {
             for lane in 0..LANES {
                 let user = numbering.user_of[s * LANES + lane] as usize;
                 if let Some(f) = self.gradients.get_mut(user) {

@@ -6,7 +6,7 @@
 
 use crate::lanes::{LANES, Lanes, Tensor, matrix, row as row_of};
 use crate::materials::{ConstitutiveLaw, Elasticity, Law, with_law};
-use crate::setup::Gradient;
+use crate::options::Gradient;
 use crate::tlsph::field::Field;
 use crate::tlsph::gradient::{first_order, quadratic};
 use crate::tlsph::stencil::{Slice, Stencil};

@@ -46,12 +46,12 @@ impl<const D: usize> TotalLagrangian<D> {
                     weight,
                     to_next: next.map(|fraction| fraction * sub_step),
                     sixth: sub_step / 6.0,
-                    damping: self.particles.setup.damping,
+                    damping: self.particles.setup.options.damping,
                     loaded: self.is_loaded(load),
                 };
                 kernels::stage_pass(
                     D,
-                    self.particles.setup.gradient,
+                    self.particles.setup.options.gradient,
                     &self.stencil,
                     &stage,
                     &mut self.fields,

@@ -3,8 +3,9 @@
 use crate::error::{Error, ErrorKind, SetupError};
 use crate::lanes::LANES;
 use crate::loads::Load;
+use crate::options::Gradient;
 use crate::particles::Particles;
-use crate::setup::{Gradient, Setup};
+use crate::setup::Setup;
 use crate::solid::Solid;
 use crate::state::{Derived, Energy, Report, Stability, State};
 use crate::tlsph::field::Field;
@@ -46,10 +47,10 @@ impl<const D: usize> Solid<D> for TotalLagrangian<D> {
                 elasticity: body.material.elasticity::<D>(),
             })
             .collect();
-        let basis = kernels::basis(D, setup.gradient);
+        let basis = kernels::basis(D, setup.options.gradient);
         let mut fields = Fields::new(D, basis, stencil.margin, numbering.count());
         for (user, internal) in numbering.pairs().filter(|&(user, _)| !particles.clamped[user]) {
-            let scale = match setup.gradient {
+            let scale = match setup.options.gradient {
                 Gradient::FirstOrder => 1.0 / particles.densities[user],
                 Gradient::Quadratic => 1.0 / particles.masses[user],
             };
@@ -120,14 +121,20 @@ impl<const D: usize> Solid<D> for TotalLagrangian<D> {
 impl<const D: usize> TotalLagrangian<D> {
     /// Conjugates of the stage's displacements; the first slice with an inverted particle.
     pub(super) fn stresses(&mut self) -> Option<usize> {
-        let gradient = self.particles.setup.gradient;
+        let gradient = self.particles.setup.options.gradient;
         kernels::stress_pass(D, gradient, &self.stencil, &self.passes, &mut self.fields)
     }
 
     /// Internal accelerations (m/s²) of the stage from its conjugates, the hourglass control's among them;
     /// zero for fixed particles.
     pub(super) fn accelerations(&mut self, out: &mut Field) {
-        kernels::acceleration_pass(D, self.particles.setup.gradient, &self.stencil, &self.fields, out);
+        kernels::acceleration_pass(
+            D,
+            self.particles.setup.options.gradient,
+            &self.stencil,
+            &self.fields,
+            out,
+        );
         if let Some(pairs) = &mut self.hourglass {
             pairs.add(&self.particles, &self.numbering, &self.stencil, &self.fields, out);
         }
@@ -162,7 +169,7 @@ impl<const D: usize> TotalLagrangian<D> {
 /// Neighbours and weights of all bodies.
 fn build_stencil<const D: usize>(setup: &Setup<D>, numbering: &Numbering) -> Result<Stencil, SetupError> {
     let mut stencil = Stencil::default();
-    let ratio = setup.smoothing_ratio();
+    let ratio = setup.options.smoothing_ratio;
     let mut first_user = 0;
     for (body, slices) in setup.bodies.iter().zip(&numbering.slices) {
         let first = slices.start * LANES;
@@ -186,7 +193,7 @@ fn build_stencil<const D: usize>(setup: &Setup<D>, numbering: &Numbering) -> Res
                 row
             })
             .collect();
-        let pushed = match setup.gradient {
+        let pushed = match setup.options.gradient {
             Gradient::FirstOrder => {
                 stencil.push(slices.clone(), &rows, &FirstOrder::new(body, ratio, first, &members))
             }

@@ -64,7 +64,7 @@ impl<const D: usize> TotalLagrangian<D> {
     pub(super) fn inversion(&self, slice: usize, time: f64) -> Error {
         let mut found = None;
         kernels::visit_gradients::<D>(
-            self.particles.setup.gradient,
+            self.particles.setup.options.gradient,
             &self.stencil,
             &self.fields,
             |s, l, _| {
@@ -107,7 +107,7 @@ impl<const D: usize> TotalLagrangian<D> {
 
     /// Strain energy (J) of the stage.
     pub(super) fn strain_energy(&mut self) -> f64 {
-        let (gradient, stencil) = (self.particles.setup.gradient, &self.stencil);
+        let (gradient, stencil) = (self.particles.setup.options.gradient, &self.stencil);
         kernels::energy_pass(D, gradient, stencil, &self.passes, &mut self.fields);
         let internal_of = &self.numbering.internal_of;
         sph::parallel::sum(self.particles.len(), |user| {

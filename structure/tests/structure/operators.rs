@@ -4,7 +4,9 @@
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, tensor};
 use structure::bodies::filling::{Filling, rectangle, without_disc};
-use structure::{Body, Derived, Gradient, Law, Material, Plane, Setup, Solid, State, TotalLagrangian};
+use structure::{
+    Body, Derived, Gradient, Law, Material, Options, Plane, Setup, Solid, State, TotalLagrangian,
+};
 
 const GRADIENTS: [Gradient; 2] = [Gradient::FirstOrder, Gradient::Quadratic];
 
@@ -49,7 +51,7 @@ fn celled(law: Law) -> Body<2> {
 
 fn structure<const D: usize>(body: Body<D>, gradient: Gradient) -> TotalLagrangian<D> {
     let mut setup = Setup::new(vec![body]);
-    setup.gradient = gradient;
+    setup.options = Options::of(gradient);
     TotalLagrangian::new(setup).unwrap()
 }
 
@@ -237,8 +239,8 @@ fn hourglass_control_acts_on_what_the_gradient_does_not_see() {
     let body = jittered::<2>(0.0, Law::StVenantKirchhoff);
     let make = |hourglass| {
         let mut setup = Setup::new(vec![body.clone()]);
-        setup.gradient = Gradient::FirstOrder;
-        setup.hourglass = hourglass;
+        setup.options = Options::of(Gradient::FirstOrder);
+        setup.options.hourglass = hourglass;
         TotalLagrangian::new(setup).unwrap()
     };
     let (mut plain, mut controlled) = (make(0.0), make(0.1));
