@@ -5,10 +5,10 @@ mod column;
 
 use column::column;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use fluid::conjugate_gradients::{self, Limits};
-use fluid::neighbourhood::{Bodies, Neighbourhood};
-use fluid::preconditioner::PressurePreconditioner;
-use fluid::pressure_operator::{self, OperatorScratch, PressureOperator};
+use fluid::isph::pressure::conjugate_gradients::{self, Limits};
+use fluid::isph::pressure::preconditioner::PressurePreconditioner;
+use fluid::isph::pressure::pressure_operator::{self, OperatorScratch, PressureOperator};
+use fluid::particles::neighbourhood::{Bodies, Neighbourhood};
 use fluid::{Fluid, InterfaceInput, Preconditioner, State};
 use sph::Vector;
 use sph::kernel::CubicSpline;

@@ -1,25 +1,25 @@
 //! Incompressible SPH fluid (ISPH, projection method) with free surfaces, walls and elastic structure.
 //!
-//! Start reading at [`Fluid::step`] in [`time_step`]: it is the algorithm of the paper (Salehizadeh and
+//! Start reading at [`Fluid::step`] in [`time_step`](isph::step): it is the algorithm of the paper (Salehizadeh and
 //! Shafiei 2022, "A coupled ISPH-TLSPH method for simulating fluid-elastic structure interaction problems"),
 //! a line a stage. What each stage does stands in a file of its own:
 //!
 //! | stage | equations | module |
 //! |---|---|---|
-//! | neighbours, kernel sums, `B` | (1), (2), (5) | [`neighbourhood`], [`rows`] |
-//! | free surface, α, normals, pockets | (16), (17), (25), (26) | [`surface`] |
-//! | predictor: gravity, laminar, sub-particle-scale and approach viscosity | (10)–(13), (4), (6), (7) | [`viscosity`], [`correction`] |
-//! | positions projected onto the density | – | [`position_projection`] |
-//! | pressure Poisson equation | (14)–(16) | [`pressure_operator`], [`surface_offset`], [`tearing`] |
-//! | its solution | – | [`conjugate_gradients`], [`preconditioner`], [`multigrid`], [`hierarchy`] |
-//! | velocity | (18) | [`velocity_correction`] |
-//! | load on the structure, reaction, wall forces | (46), (48) | [`interface_load`], [`interface`] |
-//! | motion, shifting, Taylor correction | (19)–(32) | [`shifting`], [`taylor`], [`contact`] |
-//! | energy, momentum, volume | – | [`accounting`] |
-//! | particles kept in order | – | [`order`] |
-//! | periodic sides; walls that move | – | [`period`], [`wall_motion`] |
+//! | neighbours, kernel sums, `B` | (1), (2), (5) | [`neighbourhood`](particles::neighbourhood), [`rows`](particles::rows) |
+//! | free surface, α, normals, pockets | (16), (17), (25), (26) | [`surface`](isph::surface::detection) |
+//! | predictor: gravity, laminar, sub-particle-scale and approach viscosity | (10)–(13), (4), (6), (7) | [`viscosity`](isph::viscosity), [`correction`](isph::correction) |
+//! | positions projected onto the density | – | [`position_projection`](isph::pressure::position_projection) |
+//! | pressure Poisson equation | (14)–(16) | [`pressure_operator`](isph::pressure::pressure_operator), [`surface_offset`](isph::surface::surface_offset), [`tearing`](isph::surface::tearing) |
+//! | its solution | – | [`conjugate_gradients`](isph::pressure::conjugate_gradients), [`preconditioner`](isph::pressure::preconditioner), [`multigrid`](isph::pressure::multigrid), [`hierarchy`](isph::pressure::hierarchy) |
+//! | velocity | (18) | [`velocity_correction`](isph::pressure::velocity_correction) |
+//! | load on the structure, reaction, wall forces | (46), (48) | [`interface_load`](isph::interface_load), [`interface`] |
+//! | motion, shifting, Taylor correction | (19)–(32) | [`shifting`](isph::shifting), [`taylor`](isph::taylor), [`contact`](boundaries::contact) |
+//! | energy, momentum, volume | – | [`accounting`](particles::accounting) |
+//! | particles kept in order | – | [`order`](particles::order) |
+//! | periodic sides; walls that move | – | [`period`](boundaries::period), [`wall_motion`](boundaries::wall_motion) |
 //!
-//! [`solver`] holds what a fluid is made of and its stable step, walls come from [`walls`], choices from
+//! [`solver`](isph::solver) holds what a fluid is made of and its stable step, walls come from [`walls`](boundaries::walls), choices from
 //! [`Options`], values at points from [`probes`]. A [`State`] holds all that the next step depends on, the
 //! solver's starting values included: [`Fluid::step`] takes an accepted state and makes a trial state, as
 //! often as wanted, with the same bits each time and for any number of threads. Nothing here knows a process,
@@ -69,13 +69,13 @@
 //! |---|---|---|
 //! | compact Laplacian (15), gradient (18) | gradient as the negative transpose of the divergence, `A = D M⁻¹ Dᵀ + 0.1 L` | projection cannot add energy, by construction; the paper's choices together: dam not finite at 0.89 s; tank at 2 s K 1 J, energy + 2.5 %, centroid + 2.5 %, single densities 24 % off, not finite at 5.8 s |
 //! | Eq. (18) everywhere | Eq. (18) as far as energy allows (θ), none where neighbours are one-sided or beside the structure (φ) | symmetric gradient alone: tank K 88 J, pressure off by up to 0.67 ρgH; dam keeps 0.933 of its energy instead of 0.970 |
-//! | thresholds 1.4/1.6 of ∇·r | 1.6/1.8, onto the surface below 1.52 ([`surface`]) | a flat lattice surface has 1.28, the layer beneath it 1.92. 1.4/1.6 hold too: tank K 0.032 J, dam's energy 0.956 |
+//! | thresholds 1.4/1.6 of ∇·r | 1.6/1.8, onto the surface below 1.52 ([`surface`](isph::surface::detection)) | a flat lattice surface has 1.28, the layer beneath it 1.92. 1.4/1.6 hold too: tank K 0.032 J, dam's energy 0.956 |
 //! | density error left alone | position projection, velocity unchanged | without it the tank's centroid rises by 1.3 % and K is 5 times as large |
-//! | `p = 0` on surface particles, drawn to 0 near it | pressure at their depth ([`surface_offset`]) | rms pressure error of the tank without 2.8 % of ρgH, with 0.07 %; K 5 times as large without |
+//! | `p = 0` on surface particles, drawn to 0 near it | pressure at their depth ([`surface_offset`](isph::surface::surface_offset)) | rms pressure error of the tank without 2.8 % of ρgH, with 0.07 %; K 5 times as large without |
 //! | shifting (21)–(23) | concentration gradient with `ζ ≥ √(gH) Δt` | without shifting K reaches 12 J, and the dam's rise is 3.6e-3; with `ζ = u_max Δt` a resting tank is not shifted at all |
 //! | Taylor correction of velocity (20), (31) | off | adds energy at ragged surfaces: the dam's rise is 1.2e-3, four times as large |
 //! | walls not described | weight 2 in divergence and gradient, no wall unknowns; approach limited at 0.25 Δx from the surface | a particle of known pressure meets no resistance otherwise |
-//! | incompressible under tension, too | the same; tearing is an option ([`tearing`]) | tension in whirls and corners of a dam break falls to 1/25 to 1/100 with it, at no cost; not the default, since it changes the gate by 6 % |
+//! | incompressible under tension, too | the same; tearing is an option ([`tearing`](isph::surface::tearing)) | tension in whirls and corners of a dam break falls to 1/25 to 1/100 with it, at no cost; not the default, since it changes the gate by 6 % |
 //! | – | viscosity `0.02 h √(gH)` between approaching particles | takes 0.0024 of the dam's energy in 1.5 s (0.970 is left; without it 0.972, which survives too) and most of the noise of the tank, whose K is 0.10 J without |
 //! | sub-particle-scale model (10), `c_s = 0.1` | the same, can be switched off | takes 0.005 of the dam's energy in 1.5 s (0.975 is left without), nothing in the tank |
 //! | Eq. (48) | transpose of the divergence | equal and opposite by construction; (48) is `load = PressureGradient` |
@@ -124,15 +124,15 @@
 //! a hierarchy is made (9,000 particles: 1.9 % aggregates, 1.4 % surface, the rest in pieces), 4 % of one in
 //! which none is. What keeps two threads of small fluids from twice the speed is handing over: a step has
 //! about 200 passes, and a thread that has waited for some 15 µs sleeps and takes longer than that to wake.
-//! Passes too short to share are not shared ([`multigrid`], [`conjugate_gradients`]).
+//! Passes too short to share are not shared ([`multigrid`](isph::pressure::multigrid), [`conjugate_gradients`](isph::pressure::conjugate_gradients)).
 //!
-//! The hierarchy is kept while it serves ([`hierarchy`]), and follows diagonals that change
-//! ([`preconditioner`]): made 0.2 times a step in the collapsing columns, 0.28 times in the splashing dam.
+//! The hierarchy is kept while it serves ([`hierarchy`](isph::pressure::hierarchy)), and follows diagonals that change
+//! ([`preconditioner`](isph::pressure::preconditioner)): made 0.2 times a step in the collapsing columns, 0.28 times in the splashing dam.
 //! Making it takes 0.16 µs a particle, an iteration 0.08.
 //!
 //! Neighbour lists are found anew each step; lists with a skin were built and gained nothing
 //! (`docs/decisions/0010-neighbour-lists.md`). Particles are sorted along Morton's curve when their order has
-//! decayed ([`order`]). That made a step of the splashing dam (9,000, 1.46 s after the start in the lattice's
+//! decayed ([`order`](particles::order)). That made a step of the splashing dam (9,000, 1.46 s after the start in the lattice's
 //! order) 4 to 6 % faster, that of a column near the lattice's order not at all, at 50,000 and at 500,000.
 //! Order matters when it is lost altogether: shuffled, 9,000 particles take 1.09 times as long, 50,000 twice,
 //! and 500,000 took 6.1 µs instead of 1.35 (before their hierarchy was kept).
@@ -141,48 +141,24 @@
 //! began to fall smoothly, and 15.0 instead of 13.2 once it had splashed (13.1 with half the extrapolation):
 //! the pressure there is not smooth in time, and nothing is extrapolated.
 
-pub mod accounting;
-pub mod conjugate_gradients;
-pub mod contact;
-pub mod correction;
+pub mod boundaries;
 pub mod error;
-pub mod hierarchy;
 pub mod interface;
-pub mod interface_load;
-pub mod multigrid;
-pub mod neighbourhood;
-pub mod options;
-pub mod order;
+pub mod isph;
 pub mod participant;
-pub mod period;
-pub mod position_projection;
-pub mod preconditioner;
-pub mod pressure_operator;
+pub mod particles;
 pub mod probes;
-pub mod rows;
-pub mod shifting;
-pub mod solver;
-pub mod state;
-pub mod surface;
-pub mod surface_offset;
-pub mod taylor;
-pub mod tearing;
-pub mod time_step;
-pub mod velocity_correction;
-pub mod viscosity;
-pub mod wall_motion;
-pub mod walls;
 
-pub use accounting::StepReport;
-pub use conjugate_gradients::Outcome;
+pub use boundaries::wall_motion::{Law, Motion};
+pub use boundaries::walls::{Side, SurfacePoint, WallPart, WallShape, Walls};
 pub use error::Error;
 pub use interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
-pub use options::{
+pub use isph::options::{
     Load, Options, Preconditioner, Scheme, ShiftingLaw, StructureVelocity, Tearing, ViscousOperator,
 };
+pub use isph::pressure::conjugate_gradients::Outcome;
+pub use isph::solver::{Fluid, FluidProperties};
+pub use isph::state::{State, SurfaceClass};
+pub use isph::step::Stage;
+pub use particles::accounting::StepReport;
 pub use probes::{Probe, ProbeValue};
-pub use solver::{Fluid, FluidProperties};
-pub use state::{State, SurfaceClass};
-pub use time_step::Stage;
-pub use wall_motion::{Law, Motion};
-pub use walls::{Side, SurfacePoint, WallPart, WallShape, Walls};

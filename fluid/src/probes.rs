@@ -1,8 +1,8 @@
 //! Values at points, and forces on walls.
 
-use crate::neighbourhood::Neighbourhood;
-use crate::solver::Fluid;
-use crate::state::{State, SurfaceClass};
+use crate::isph::solver::Fluid;
+use crate::isph::state::{State, SurfaceClass};
+use crate::particles::neighbourhood::Neighbourhood;
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::{Matrix, Vector, tensor};
@@ -94,7 +94,7 @@ impl<const D: usize> Fluid<D> {
     }
 
     /// Force (N) of the fluid on a named part of the walls in the last step: pressure, contact and friction,
-    /// and its part of what no pair explains ([`WallForces::lay`](crate::interface_load::WallForces::lay)).
+    /// and its part of what no pair explains ([`WallForces::lay`](crate::isph::interface_load::WallForces::lay)).
     pub fn wall_force(&self, name: &str) -> Option<Vector<D>> {
         self.walls
             .part(name)
