@@ -1,6 +1,6 @@
 //! The structure's particles as the fluid sees them, and what it gives back.
 
-use crate::Error;
+use crate::error::Error;
 use rayon::prelude::*;
 use sph::Vector;
 use sph::kernel::CubicSpline;

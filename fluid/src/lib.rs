@@ -145,9 +145,12 @@ pub mod boundaries;
 pub mod error;
 pub mod interface;
 pub mod isph;
+pub mod method;
 pub mod participant;
 pub mod particles;
 pub mod probes;
+pub mod properties;
+pub mod report;
 
 pub use boundaries::wall_motion::{Law, Motion};
 pub use boundaries::walls::{Side, SurfacePoint, WallPart, WallShape, Walls};
@@ -156,9 +159,11 @@ pub use interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
 pub use isph::options::{
     Load, Options, Preconditioner, Scheme, ShiftingLaw, StructureVelocity, Tearing, ViscousOperator,
 };
-pub use isph::pressure::conjugate_gradients::Outcome;
-pub use isph::solver::{Fluid, FluidProperties};
-pub use isph::state::{State, SurfaceClass};
+pub use isph::solver::Isph;
+pub use isph::state::State;
 pub use isph::step::Stage;
-pub use particles::accounting::StepReport;
+pub use method::Fluid;
+pub use particles::class::SurfaceClass;
 pub use probes::{Probe, ProbeValue};
+pub use properties::FluidProperties;
+pub use report::{Outcome, StepReport};

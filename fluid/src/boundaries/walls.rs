@@ -1,7 +1,7 @@
 //! Walls: solid boxes and polylines, filled with particles as deep as a kernel reaches.
 
-use crate::Error;
 use crate::boundaries::wall_motion::{Motion, Pose};
+use crate::error::Error;
 use sph::Vector;
 use sph::lattice::Lattice;
 use sph::neighbours::CellGrid;

@@ -4,9 +4,9 @@
 use crate::boundaries::walls::Walls;
 use crate::interface::InterfaceInput;
 use crate::isph::options::Options;
-use crate::isph::solver::FluidProperties;
 use crate::isph::state::State;
 use crate::particles::neighbourhood::Neighbourhood;
+use crate::properties::FluidProperties;
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector};
 

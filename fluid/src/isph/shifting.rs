@@ -1,8 +1,8 @@
 //! Particle shifting, Eqs. (21)–(26), and the relocation next to the structure, Eqs. (27)–(30).
 
 use crate::isph::options::{Options, ShiftingLaw};
-use crate::isph::state::SurfaceClass;
 use crate::isph::surface::detection::Surface;
+use crate::particles::class::SurfaceClass;
 use crate::particles::neighbourhood::Neighbourhood;
 use rayon::prelude::*;
 use sph::Vector;

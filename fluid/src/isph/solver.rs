@@ -1,38 +1,23 @@
-//! The fluid as a whole: what it is made of, and how long a step may be.
+//! ISPH as a fluid: what it is made of, and how long a step may be.
 
 use crate::boundaries::period::Period;
 use crate::boundaries::walls::Walls;
 use crate::error::Error;
-use crate::interface::{InterfaceOutput, InterfaceParticles};
+use crate::interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
 use crate::isph::options::Options;
-use crate::isph::state::State;
-use crate::isph::step::Scratch;
+use crate::isph::state::{Memory, State};
+use crate::isph::step::scratch::Scratch;
+use crate::method::Fluid;
 use crate::particles::accounting;
+use crate::particles::neighbourhood::Neighbourhood;
+use crate::properties::FluidProperties;
+use crate::report::StepReport;
 use sph::kernel::CubicSpline;
 use sph::{Vector, parallel};
 
-/// What a fluid is and where.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FluidProperties<const D: usize> {
-    /// Density ρ (kg/m³).
-    pub density: f64,
-    /// Laminar kinematic viscosity ν (m²/s).
-    pub kinematic_viscosity: f64,
-    /// Gravity (m/s²).
-    pub gravity: Vector<D>,
-    /// Particle spacing Δx (m).
-    pub spacing: f64,
-    /// Volume of each particle (m³).
-    pub particle_volume: f64,
-    /// The domain's lowest and highest corner (m): particles outside have left.
-    pub domain: (Vector<D>, Vector<D>),
-    /// Axes along which the domain repeats.
-    pub periodic: [bool; D],
-}
-
 /// The fluid solver: what does not change, and memory for a step. It remembers nothing from step to step; all
 /// memory is in [`State`].
-pub struct Fluid<const D: usize> {
+pub struct Isph<const D: usize> {
     pub(crate) properties: FluidProperties<D>,
     pub(crate) options: Options,
     pub(crate) kernel: CubicSpline<D>,
@@ -43,17 +28,16 @@ pub struct Fluid<const D: usize> {
     pub(crate) reference_velocity: f64,
     pub(crate) lattice_concentration: f64,
     pub(crate) scratch: Scratch<D>,
-    /// What the structure gets of the last step.
-    pub output: InterfaceOutput<D>,
+    pub(crate) output: InterfaceOutput<D>,
 }
 
-impl<const D: usize> Fluid<D> {
-    /// A fluid between walls and interface particles; `initial` sets the scale of velocity (`√(gH)`) when the
-    /// options give none.
-    ///
-    /// # Errors
-    /// [`Error::Setting`] for values that cannot be.
-    pub fn new(
+impl<const D: usize> Fluid<D> for Isph<D> {
+    const METHOD: &'static str = "ISPH";
+    type Options = Options;
+    type Memory = Memory<D>;
+
+    /// `initial` sets the scale of velocity (`√(gH)`) when the options give none.
+    fn new(
         properties: FluidProperties<D>,
         options: Options,
         walls: Walls<D>,
@@ -112,39 +96,25 @@ impl<const D: usize> Fluid<D> {
         })
     }
 
-    /// Smoothing length `h` (m).
-    pub fn smoothing_length(&self) -> f64 {
-        self.kernel.smoothing_length()
-    }
-
-    /// Mass of a particle (kg).
-    pub fn particle_mass(&self) -> f64 {
-        self.properties.density * self.properties.particle_volume
-    }
-
-    /// Properties as given.
-    pub fn properties(&self) -> &FluidProperties<D> {
+    fn properties(&self) -> &FluidProperties<D> {
         &self.properties
     }
 
-    /// Options as given.
-    pub fn options(&self) -> &Options {
+    fn options(&self) -> &Options {
         &self.options
     }
 
-    /// Walls as given.
-    pub fn walls(&self) -> &Walls<D> {
+    fn walls(&self) -> &Walls<D> {
         &self.walls
     }
 
-    /// Velocity (m/s) that stands for the flow's scale while it is slow.
-    pub fn reference_velocity(&self) -> f64 {
-        self.reference_velocity
+    fn smoothing_length(&self) -> f64 {
+        self.kernel.smoothing_length()
     }
 
-    /// The longest stable step (s) from `state` at `time` (s): Eq. (49) with the fastest of fluid, structure
-    /// and walls that move in the step, growth, viscosity (`h²/8ν`).
-    pub fn stable_step(&self, state: &State<D>, time: f64, structure_velocities: &[Vector<D>]) -> f64 {
+    /// Eq. (49) with the fastest of fluid, structure and walls that move in the step, growth, viscosity
+    /// (`h²/8ν`).
+    fn stable_step(&self, state: &State<D>, time: f64, structure_velocities: &[Vector<D>]) -> f64 {
         let h = self.smoothing_length();
         let fastest = parallel::max(state.len(), self.reference_velocity, |a| state.velocities[a].norm());
         let fastest = structure_velocities.iter().map(Vector::norm).fold(fastest, f64::max);
@@ -157,6 +127,55 @@ impl<const D: usize> Fluid<D> {
             dt = dt.min(0.125 * h * h / viscosity);
         }
         self.walls.longest_step(time, dt, self.options.courant * h)
+    }
+
+    fn step(
+        &mut self,
+        accepted: &State<D>,
+        time: f64,
+        dt: f64,
+        structure: &InterfaceInput<'_, D>,
+        trial: &mut State<D>,
+    ) -> Result<StepReport<D>, Error> {
+        // Into the pool once a step: from outside, each of its hundred passes would wait for a worker to wake
+        // up and for its answer.
+        rayon::scope(|_| self.step_watched(accepted, time, dt, structure, trial, |_| ()))
+    }
+
+    fn output(&self) -> &InterfaceOutput<D> {
+        &self.output
+    }
+
+    fn wall_forces(&self) -> &[Vector<D>] {
+        &self.scratch.wall_forces.forces
+    }
+
+    fn failed_solve<'a>(&'a self, trial: &'a State<D>) -> Vec<(&'static str, &'a [f64])> {
+        vec![
+            ("pressure_where_stopped", &trial.pressures),
+            ("position_potential_where_stopped", &trial.memory.position_potentials),
+            ("residual", self.scratch.solver.residual()),
+        ]
+    }
+
+    fn save(state: &State<D>) -> Vec<u8> {
+        state.to_bytes()
+    }
+
+    fn restore(bytes: &[u8]) -> Result<State<D>, Error> {
+        State::from_bytes(bytes)
+    }
+}
+
+impl<const D: usize> Isph<D> {
+    /// Velocity (m/s) that stands for the flow's scale while it is slow.
+    pub fn reference_velocity(&self) -> f64 {
+        self.reference_velocity
+    }
+
+    /// Lists and sums of the last step, on the positions it started from.
+    pub fn neighbourhood(&self) -> &Neighbourhood<D> {
+        &self.scratch.neighbourhood
     }
 
     pub(crate) fn approach_viscosity(&self) -> f64 {

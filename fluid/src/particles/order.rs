@@ -2,13 +2,13 @@
 //!
 //! Every pass over neighbours reads their values from wherever they stand, and fluid that mixes scatters
 //! them. A step rearranges the particles along a space-filling curve ([`sph::curve`]) once enough of them
-//! have left their order, and at a time when the next step makes a new hierarchy anyway: aggregates are
-//! groups of places, so the old one could not serve. Nothing but the state that the step has made decides it,
-//! so a step repeats to the bit as before.
+//! have left their order, and when its method bears it. Nothing but the state that the step has made decides
+//! it, so a step repeats to the bit as before.
 //!
 //! [`State::ids`] tells which particle is where; whoever looks at particles over time goes by them.
 
-use crate::isph::state::State;
+use crate::particles::class::SurfaceClass;
+use crate::particles::state::State;
 use sph::Vector;
 use sph::curve::CurveOrder;
 
@@ -16,37 +16,47 @@ use sph::curve::CurveOrder;
 /// In a lattice, row by row, it is one over the particles in a row; without any order ½.
 const DISORDER: f64 = 0.05;
 
-/// Memory for rearranging.
+/// The order along the curve, and memory for rearranging.
 #[derive(Clone, Debug, Default)]
 pub struct ParticleOrder {
     curve: CurveOrder,
     ids: Vec<u32>,
-    classes: Vec<crate::SurfaceClass>,
+    classes: Vec<SurfaceClass>,
 }
 
 impl ParticleOrder {
-    /// Sorts the particles of `state` where its next step makes a hierarchy and their order has decayed;
-    /// `low` (m) is a corner below which there are none, `cell` (m) the width of the curve's cells, within
-    /// which order does not count. `vectors` and `numbers` are memory.
-    pub fn keep<const D: usize>(
+    /// Whether the order of particles at `positions` (m) has decayed, and is to be made anew; `low` (m) is a
+    /// corner below which there are none, `cell` (m) the width of the curve's cells, within which order does
+    /// not count.
+    pub fn has_decayed<const D: usize>(
         &mut self,
-        state: &mut State<D>,
+        positions: &[Vector<D>],
         low: &Vector<D>,
         cell: f64,
+    ) -> bool {
+        let decayed = self.curve.note(positions, low, cell) > DISORDER;
+        if decayed {
+            self.curve.sort();
+        }
+        decayed
+    }
+
+    /// Brings the particles of `state` into the order found last, all but the method's memory of them;
+    /// `vectors` and `numbers` are memory for it.
+    pub fn rearrange<const D: usize, M>(
+        &mut self,
+        state: &mut State<D, M>,
         (vectors, numbers): (&mut Vec<Vector<D>>, &mut Vec<f64>),
     ) {
-        if state.hierarchy.is_some() || self.curve.note(&state.positions, low, cell) <= DISORDER {
-            return;
-        }
-        self.curve.sort();
-        let State { ids, positions, velocities, pressures, classes, .. } = state;
-        self.curve.apply(ids, &mut self.ids);
-        self.curve.apply(classes, &mut self.classes);
-        for values in [positions, velocities, &mut state.pressure_accelerations] {
-            self.curve.apply(values, vectors);
-        }
-        for values in [pressures, &mut state.position_potentials] {
-            self.curve.apply(values, numbers);
-        }
+        self.curve.apply(&mut state.ids, &mut self.ids);
+        self.curve.apply(&mut state.classes, &mut self.classes);
+        self.curve.apply(&mut state.positions, vectors);
+        self.curve.apply(&mut state.velocities, vectors);
+        self.curve.apply(&mut state.pressures, numbers);
+    }
+
+    /// Brings values of the particles, one each, into the order found last; `memory` is memory for it.
+    pub fn apply<T: Copy + Send + Sync>(&self, values: &mut Vec<T>, memory: &mut Vec<T>) {
+        self.curve.apply(values, memory);
     }
 }

@@ -17,7 +17,7 @@ fn solid<const D: usize>(name: &str, low: Vector<D>, high: Vector<D>) -> WallPar
 
 /// Fluid at rest in boxes, with what a run needs.
 struct Run<const D: usize> {
-    fluid: Fluid<D>,
+    fluid: Isph<D>,
     state: State<D>,
     time: f64,
 }
@@ -32,7 +32,7 @@ fn filled<const D: usize>(
     let positions = Lattice::fill_box(low, high, dx).positions;
     let state = State::new(positions.clone(), vec![Vector::zeros(); positions.len()]);
     let walls = Walls::new(walls, dx, 2.4 * dx).unwrap();
-    let fluid = Fluid::new(properties, options, walls, InterfaceParticles::default(), &state).unwrap();
+    let fluid = Isph::new(properties, options, walls, InterfaceParticles::default(), &state).unwrap();
     Run { fluid, state, time: 0.0 }
 }
 
@@ -83,7 +83,7 @@ fn a_gate_that_lifts_lets_the_water_out_beneath_it() {
     let mut excess: f64 = 0.0;
     run.to(0.35, |time, state, report| {
         assert_eq!((report.left, report.lost), (0, 0));
-        excess = excess.max(state.energy_excess);
+        excess = excess.max(state.memory.energy_excess);
         let gate = law.at(time);
         for r in &state.positions {
             let inside = r.x > 0.1 && r.x < 0.1 + 4.0 * dx && r.y > gate && r.y < gate + 0.3;
@@ -105,7 +105,7 @@ fn a_step_with_a_wall_that_moves_repeats_to_the_bit() {
     let (mut run, mut again) = (gate_tank(0.01, law.clone()), gate_tank(0.01, law));
     run.to(0.05, |_, _, _| ());
     let (mut first, mut second) = (State::default(), State::default());
-    let step = |fluid: &mut Fluid<2>, time: f64, out: &mut State<2>| {
+    let step = |fluid: &mut Isph<2>, time: f64, out: &mut State<2>| {
         fluid.step(&run.state, time, 1e-4, &InterfaceInput::NONE, out).unwrap();
     };
     step(&mut run.fluid, 0.05, &mut first);
@@ -316,7 +316,7 @@ fn a_domain_too_short_to_repeat_is_refused() {
         FluidProperties { periodic: [true, false], domain: (v(0.0, 0.0), v(0.2, 1.0)), ..water(0.05) };
     let walls = Walls::new(Vec::new(), 0.05, 0.12).unwrap();
     let state = State::new(vec![v(0.1, 0.1)], vec![v(0.0, 0.0)]);
-    let made = Fluid::new(properties, Options::default(), walls, InterfaceParticles::default(), &state);
+    let made = Isph::new(properties, Options::default(), walls, InterfaceParticles::default(), &state);
     assert!(made.err().unwrap().to_string().contains("fluid.periodic"));
 }
 

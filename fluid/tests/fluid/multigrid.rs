@@ -1,8 +1,9 @@
 //! Conjugate gradients with algebraic multigrid on pressure Poisson operators of scattered particles.
 
 use crate::models::{self, Model};
-use fluid::isph::pressure::conjugate_gradients::{Limits, Outcome, Scratch, solve};
+use fluid::isph::pressure::conjugate_gradients::{Limits, Scratch, solve};
 use fluid::isph::pressure::multigrid::{Multigrid, Options};
+use fluid::report::Outcome;
 
 const TIGHT: Limits = Limits { tolerance: 1e-6, iterations: 100 };
 

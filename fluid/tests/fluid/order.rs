@@ -10,7 +10,7 @@ const DX: f64 = 0.02;
 
 /// A column about to collapse in a tank, its particles listed in the lattice's order or in none, each with
 /// the number that it has in the lattice.
-fn column(shuffled: bool, options: Options) -> (Fluid<2>, State<2>) {
+fn column(shuffled: bool, options: Options) -> (Isph<2>, State<2>) {
     let lattice = Lattice::<2>::fill_box(V::zeros(), [0.3, 0.6].into(), DX);
     let positions = jittered(lattice.positions.clone(), 0.1 * DX, 7);
     let count = positions.len();
@@ -39,11 +39,11 @@ fn column(shuffled: bool, options: Options) -> (Fluid<2>, State<2>) {
         periodic: [false; 2],
     };
     let walls = Walls::new(parts, DX, 2.4 * DX).unwrap();
-    let fluid = Fluid::new(properties, options, walls, InterfaceParticles::default(), &state).unwrap();
+    let fluid = Isph::new(properties, options, walls, InterfaceParticles::default(), &state).unwrap();
     (fluid, state)
 }
 
-fn advance(fluid: &mut Fluid<2>, state: &mut State<2>, steps: usize) {
+fn advance(fluid: &mut Isph<2>, state: &mut State<2>, steps: usize) {
     let mut trial = State::default();
     for _ in 0..steps {
         let dt = fluid.stable_step(state, 0.0, &[]);

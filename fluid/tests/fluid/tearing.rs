@@ -14,7 +14,7 @@ type V = Vector<2>;
 const GRAVITY: f64 = 9.81;
 
 /// Water 0.4 wide and 0.2 high under a lid, between two sides, open below.
-fn under_a_lid(tearing: Tearing) -> (Fluid<2>, State<2>) {
+fn under_a_lid(tearing: Tearing) -> (Isph<2>, State<2>) {
     let dx = 0.02;
     let points = [[0.0, -1.0], [0.0, 0.2], [0.4, 0.2], [0.4, -1.0]].map(V::from).to_vec();
     let shape = WallShape::Polyline { points, solid: Side::Left };
@@ -33,11 +33,11 @@ fn under_a_lid(tearing: Tearing) -> (Fluid<2>, State<2>) {
     let state = State::new(lattice.positions, at_rest);
     let walls = Walls::new(vec![part], dx, 2.4 * dx).unwrap();
     let options = Options { tearing, ..Options::default() };
-    (Fluid::new(properties, options, walls, InterfaceParticles::default(), &state).unwrap(), state)
+    (Isph::new(properties, options, walls, InterfaceParticles::default(), &state).unwrap(), state)
 }
 
 /// Steps until `end` (s); gives the time reached and the particles torn in all steps together.
-fn run(fluid: &mut Fluid<2>, state: &mut State<2>, end: f64) -> (f64, usize) {
+fn run(fluid: &mut Isph<2>, state: &mut State<2>, end: f64) -> (f64, usize) {
     let (mut time, mut torn, mut trial) = (0.0, 0, State::default());
     while time < end {
         let dt = fluid.stable_step(state, time, &[]);

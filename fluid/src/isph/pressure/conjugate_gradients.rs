@@ -3,6 +3,7 @@
 //! Hestenes and Stiefel (1952). The operator and the preconditioner must be symmetric positive definite and
 //! must not change between iterations.
 
+use crate::report::Outcome;
 use rayon::prelude::*;
 
 /// Unknowns summed by one task, fixed so that rounding does not depend on the number of threads.
@@ -35,18 +36,6 @@ pub struct Limits {
     pub tolerance: f64,
     /// Most iterations to take.
     pub iterations: usize,
-}
-
-/// What a solve did. Whether a residual above the tolerance is acceptable is the caller's to decide.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outcome {
-    /// Iterations taken, one application of the operator each (and one more for a start that is not zero).
-    pub iterations: usize,
-    /// `‖b − A x‖ / ‖b‖` as the recurrence carries it; zero where `b` is zero. Not finite if the operator,
-    /// the preconditioner or the right-hand side was not.
-    pub residual: f64,
-    /// Whether the residual met the tolerance.
-    pub converged: bool,
 }
 
 /// Solves `A x = b` from the start `x`, or from zero where that is nearer; `operator(v, out)` writes `A v`,

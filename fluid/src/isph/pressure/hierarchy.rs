@@ -8,7 +8,7 @@
 //! step takes: not the matrices but [`Origin`], what they were made of. A step whose memory holds another
 //! hierarchy (after a restart, say) makes it again from there, the same to the bit.
 
-use crate::isph::state::SurfaceClass;
+use crate::particles::class::SurfaceClass;
 use sph::Vector;
 use std::sync::Arc;
 

@@ -1,29 +1,20 @@
 //! Neighbours, surface, and the operator of the pressure Poisson equation.
 
-use super::{ROWS, Scratch};
 use crate::error::Error;
 use crate::interface::InterfaceInput;
 use crate::isph::options::{Options, Preconditioner, Scheme};
 use crate::isph::pressure::hierarchy::{Hierarchy, Origin};
 use crate::isph::pressure::pressure_operator::{self, PressureOperator};
-use crate::isph::solver::{Fluid, FluidProperties};
-use crate::isph::state::{State, SurfaceClass};
-use crate::isph::surface::detection::Surface;
+use crate::isph::solver::Isph;
+use crate::isph::state::State;
+use crate::isph::step::scratch::{ROWS, Scratch, Terms};
+use crate::isph::surface::detection::{KNOWN, Surface};
+use crate::particles::class::SurfaceClass;
 use crate::particles::neighbourhood::{Bodies, Neighbourhood};
+use crate::properties::FluidProperties;
 use rayon::prelude::*;
 use sph::Vector;
 use std::sync::Arc;
-
-/// What the operator is made of besides neighbours and surface, one entry a particle.
-#[derive(Default)]
-pub(super) struct Terms<const D: usize> {
-    /// `Σ V ∇W` with the weight 2 on walls and structure (1/m).
-    pub own: Vec<Vector<D>>,
-    /// What regularisation and Eq. (16) add to the operator's diagonal (m³/kg/m²).
-    pub extra_diagonal: Vec<f64>,
-    /// The part of it that Eq. (16) adds: how strongly a pressure is drawn towards that of the surface.
-    pub draw: Vec<f64>,
-}
 
 /// The operator of both solves; without `compliance` the structure is a wall.
 pub(super) fn operator<'a, const D: usize>(
@@ -45,7 +36,7 @@ pub(super) fn operator<'a, const D: usize>(
     }
 }
 
-impl<const D: usize> Fluid<D> {
+impl<const D: usize> Isph<D> {
     /// Of fluid particles at `positions` (m), `classes` being those that they had last.
     pub(super) fn find_neighbours(
         &mut self,
@@ -91,7 +82,7 @@ impl<const D: usize> Fluid<D> {
                 let pocket = s.surface.in_pocket[a] && !s.surface.is_closed();
                 let pocket = if pocket { self.options.pocket_regularisation } else { 0.0 };
                 let kappa = (self.options.regularisation + pocket) * unit;
-                let alpha = s.surface.alpha[a].max(crate::isph::surface::detection::KNOWN);
+                let alpha = s.surface.alpha[a].max(KNOWN);
                 *draw = *diagonal * (1.0 / alpha - 1.0);
                 *extra = kappa + *draw;
                 *diagonal += *extra;
@@ -102,7 +93,7 @@ impl<const D: usize> Fluid<D> {
     /// Makes the hierarchy that `accepted` says anew where the memory holds another, as after a restart: the
     /// same to the bit.
     pub(super) fn recover_hierarchy(&mut self, accepted: &State<D>) -> Result<(), Error> {
-        let Some(Hierarchy { origin, .. }) = &accepted.hierarchy else { return Ok(()) };
+        let Some(Hierarchy { origin, .. }) = &accepted.memory.hierarchy else { return Ok(()) };
         if self.scratch.is_prepared_for(origin) {
             return Ok(());
         }
@@ -126,7 +117,7 @@ impl<const D: usize> Fluid<D> {
         structure: &InterfaceInput<'_, D>,
         trial: &mut State<D>,
     ) {
-        if accepted.hierarchy.is_none() {
+        if accepted.memory.hierarchy.is_none() {
             let mut origin = self.scratch.prepared_for.take().unwrap_or_default();
             // The memory of the last one is used again, unless it belongs to a state that someone keeps.
             if Arc::get_mut(&mut origin).is_none() {
@@ -140,7 +131,7 @@ impl<const D: usize> Fluid<D> {
             made_of.structure_positions.extend_from_slice(structure.positions);
             self.prepare(&origin);
             let kept = self.options.preconditioner == Preconditioner::Multigrid;
-            trial.hierarchy = kept.then(|| Hierarchy::new(origin));
+            trial.memory.hierarchy = kept.then(|| Hierarchy::new(origin));
         }
     }
 

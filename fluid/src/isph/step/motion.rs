@@ -1,20 +1,22 @@
 //! Where particles go, who is left, and the balances.
 
-use super::ROWS;
 use crate::boundaries::contact::{self, Approach};
 use crate::error::Error;
 use crate::interface::InterfaceInput;
 use crate::isph::interface_load;
 use crate::isph::options::Load;
 use crate::isph::shifting::{self, ShiftingInput};
-use crate::isph::solver::Fluid;
-use crate::isph::state::{State, SurfaceClass};
+use crate::isph::solver::Isph;
+use crate::isph::state::State;
+use crate::isph::step::scratch::{ROWS, Scratch};
 use crate::isph::taylor;
-use crate::particles::accounting::{self, StepReport};
+use crate::particles::accounting;
+use crate::particles::class::SurfaceClass;
+use crate::report::StepReport;
 use rayon::prelude::*;
 use sph::{Vector, parallel};
 
-impl<const D: usize> Fluid<D> {
+impl<const D: usize> Isph<D> {
     /// Eq. (19), position projection and shifting, nowhere nearer to a boundary than allowed; then who has
     /// left.
     pub(super) fn move_particles(
@@ -159,7 +161,7 @@ impl<const D: usize> Fluid<D> {
         accounting::balance(&self.properties, &s.neighbourhood.period, mass, accepted, trial, report);
         let own =
             report.energy_change - report.structure_work - report.wall_work - report.contact_structure_work;
-        trial.energy_excess = (trial.energy_excess + own).max(0.0);
+        trial.memory.energy_excess = (trial.memory.energy_excess + own).max(0.0);
         report.structure_impulse = self
             .output
             .pair_reactions
@@ -171,7 +173,7 @@ impl<const D: usize> Fluid<D> {
         report.momentum_error -= report.structure_impulse + report.wall_impulse;
         s.wall_forces.lay(&report.momentum_error, report.dt);
         (report.mean_density_error, report.largest_density_error) =
-            accounting::density_errors(&s.neighbourhood, &s.surface, self.lattice_concentration);
+            accounting::density_errors(&s.neighbourhood, &s.surface.alpha, self.lattice_concentration);
         report.pocket_particles = s.surface.pocket_particles;
         report.torn = s.torn.len();
         report.splashes = s.surface.classes.iter().filter(|c| **c == SurfaceClass::Splash).count();
@@ -181,5 +183,18 @@ impl<const D: usize> Fluid<D> {
         report.particles = trial.len();
         (report.left, report.lost) = (trial.left, trial.lost);
         Ok(())
+    }
+
+    /// Sorts the particles of `trial` where its next step makes a hierarchy and their order has decayed:
+    /// aggregates are groups of places, so an old hierarchy could not serve.
+    pub(super) fn keep_order(&mut self, trial: &mut State<D>) {
+        let Scratch { order, passing: vectors, passing_numbers: numbers, .. } = &mut self.scratch;
+        let (low, cell) = (&self.properties.domain.0, self.kernel.support());
+        if trial.memory.hierarchy.is_some() || !order.has_decayed(&trial.positions, low, cell) {
+            return;
+        }
+        order.rearrange(trial, (vectors, numbers));
+        order.apply(&mut trial.memory.pressure_accelerations, vectors);
+        order.apply(&mut trial.memory.position_potentials, numbers);
     }
 }

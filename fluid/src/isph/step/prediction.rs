@@ -1,19 +1,19 @@
 //! The velocity without pressure.
 
-use super::ROWS;
 use crate::interface::InterfaceInput;
 use crate::isph::interface_load;
 use crate::isph::options::Tearing;
 use crate::isph::pressure::pressure_operator;
-use crate::isph::solver::Fluid;
+use crate::isph::solver::Isph;
 use crate::isph::state::State;
+use crate::isph::step::scratch::ROWS;
 use crate::isph::surface::tearing;
 use crate::isph::viscosity::{self, ViscousInput};
-use crate::particles::accounting::StepReport;
+use crate::report::StepReport;
 use rayon::prelude::*;
 use sph::{Vector, parallel};
 
-impl<const D: usize> Fluid<D> {
+impl<const D: usize> Isph<D> {
     /// `u* = u + Δt (g + viscosity)`, Eq. (12); the structure's with the held load taken back.
     pub(super) fn predict(
         &mut self,

@@ -1,22 +1,23 @@
 //! The two solves of a step: displacements that mend the density, and the pressure.
 
-use super::ROWS;
-use super::assembly::operator;
 use crate::error::Error;
-use crate::isph::pressure::conjugate_gradients::{self, Limits, Outcome};
+use crate::isph::pressure::conjugate_gradients::{self, Limits};
 use crate::isph::pressure::position_projection;
 use crate::isph::pressure::preconditioner::PressurePreconditioner;
 use crate::isph::pressure::pressure_operator::{self, OperatorScratch, PressureOperator};
-use crate::isph::solver::Fluid;
+use crate::isph::solver::Isph;
 use crate::isph::state::State;
-use crate::particles::accounting::StepReport;
+use crate::isph::step::assembly::operator;
+use crate::isph::step::scratch::ROWS;
+use crate::report::Outcome;
+use crate::report::StepReport;
 use rayon::prelude::*;
 use sph::{Vector, parallel};
 
 /// Particles that one task works through at least where one operation is done for each.
 const LIGHT_ROWS: usize = 4096;
 
-impl<const D: usize> Fluid<D> {
+impl<const D: usize> Isph<D> {
     pub(super) fn project_positions(
         &mut self,
         time: f64,
@@ -36,7 +37,7 @@ impl<const D: usize> Fluid<D> {
             &mut s.right,
         );
         let a = operator((&self.properties, &self.options), &[], &s.neighbourhood, &s.surface, &s.terms);
-        let q = &mut trial.position_potentials;
+        let q = &mut trial.memory.position_potentials;
         let limits =
             Limits { tolerance: self.options.position_tolerance, iterations: self.options.iteration_limit };
         let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
@@ -102,8 +103,8 @@ impl<const D: usize> Fluid<D> {
         report.pressure_solve = solve(&a, s.surface.is_closed(), &s.right, p, limits, memory);
         require(&report.pressure_solve, "pressure", time, limits)?;
         let iterations = report.pressure_solve.iterations + report.position_solve.iterations;
-        if trial.hierarchy.as_mut().is_some_and(|hierarchy| !hierarchy.serves(iterations)) {
-            trial.hierarchy = None;
+        if trial.memory.hierarchy.as_mut().is_some_and(|hierarchy| !hierarchy.serves(iterations)) {
+            trial.memory.hierarchy = None;
         }
         // An inexact solution can overshoot in energy; the multiple of it that is orthogonal to its residual
         // cannot.

@@ -1,18 +1,18 @@
 //! From pressure to velocity, and the loads that go with it.
 
-use super::ROWS;
 use crate::interface::InterfaceInput;
 use crate::isph::interface_load;
 use crate::isph::options::Scheme;
 use crate::isph::pressure::pressure_operator;
 use crate::isph::pressure::velocity_correction;
-use crate::isph::solver::Fluid;
+use crate::isph::solver::Isph;
 use crate::isph::state::State;
-use crate::particles::accounting::StepReport;
+use crate::isph::step::scratch::ROWS;
+use crate::report::StepReport;
 use rayon::prelude::*;
 use sph::{Vector, parallel};
 
-impl<const D: usize> Fluid<D> {
+impl<const D: usize> Isph<D> {
     /// `u = u* + Δt a(p)`, Eq. (18): the symmetric gradient, and of the corrected one what does not raise the
     /// energy.
     pub(super) fn correct_velocity(
@@ -82,10 +82,10 @@ impl<const D: usize> Fluid<D> {
                     + report.wall_work;
             let kinetic = 0.5 * mass * parallel::sum(p.len(), |a| velocities[a].norm_squared());
             let scale = mass * p.len() as f64 * self.reference_velocity.powi(2);
-            let strictness = velocity_correction::strictness(trial.energy_excess, kinetic, scale);
+            let strictness = velocity_correction::strictness(trial.memory.energy_excess, kinetic, scale);
             let fall = self.properties.gravity * (0.5 * dt * strictness);
             let lifted = mass * parallel::sum(p.len(), |a| fall.dot(&(velocities[a] - s.predicted[a])));
-            let returned = report.viscous_work + velocity_correction::RETURNED * trial.energy_excess;
+            let returned = report.viscous_work + velocity_correction::RETURNED * trial.memory.energy_excess;
             let budget = taken + lifted - strictness * returned;
             report.gradient_share = if paper {
                 1.0
@@ -99,7 +99,7 @@ impl<const D: usize> Fluid<D> {
         } else {
             s.confidence.resize(p.len(), 0.0);
         }
-        let changes = trial.pressure_accelerations.par_iter_mut().zip(&*velocities).zip(&s.predicted);
+        let changes = trial.memory.pressure_accelerations.par_iter_mut().zip(&*velocities).zip(&s.predicted);
         changes.with_min_len(ROWS).for_each(|((a, u), predicted)| *a = (u - predicted) / dt);
     }
 

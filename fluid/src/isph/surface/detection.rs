@@ -18,7 +18,7 @@
 //! | 40 | 0.4–1.7 | 0.4–1.1 | 0.4–1.2 |
 
 use crate::isph::options::Options;
-use crate::isph::state::SurfaceClass;
+use crate::particles::class::SurfaceClass;
 use crate::particles::neighbourhood::Neighbourhood;
 use rayon::prelude::*;
 use sph::{Matrix, Vector};

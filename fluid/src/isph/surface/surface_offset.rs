@@ -28,10 +28,11 @@
 //! width/10; 0.015 % as it is here): the column's side had none. `a_p` is that of the last step, and the
 //! pressure of a surface particle is averaged with its last value.
 
-use crate::isph::solver::FluidProperties;
-use crate::isph::state::{State, SurfaceClass};
+use crate::isph::state::State;
 use crate::isph::surface::detection::Surface;
+use crate::particles::class::SurfaceClass;
 use crate::particles::neighbourhood::Neighbourhood;
+use crate::properties::FluidProperties;
 
 /// `∇·r/D` between which a surface counts from ragged (no offset) to flat: a lattice's edge row has 0.64, its
 /// corner 0.39 (h = 1.2 Δx).
@@ -97,7 +98,7 @@ impl Outside {
             let normal = &surface.normals[a];
             let carried = carried(
                 -properties.gravity.dot(normal),
-                accepted.pressure_accelerations[a].dot(normal),
+                accepted.memory.pressure_accelerations[a].dot(normal),
                 properties.gravity.norm(),
             );
             let divergence = neighbourhood.surroundings[a].moment.trace() / D as f64;

@@ -62,8 +62,9 @@
 //! (0.41 left).
 
 use crate::isph::options::Tearing;
-use crate::isph::state::{State, SurfaceClass};
+use crate::isph::state::State;
 use crate::isph::surface::detection::Surface;
+use crate::particles::class::SurfaceClass;
 use crate::particles::neighbourhood::Neighbourhood;
 
 /// Tension over `ρ u_ref²` from which on fluid tears: what a tank at rest has of it by noise stays below.
