@@ -62,7 +62,7 @@ fn traffic(stage: Stage, pairs: f64, pressure: f64, positions: f64, made: f64) -
         Stage::PositionProjection => solve(positions) + 16.0 * pairs + 110.0,
         Stage::Prediction => 2.0 * 16.0 * pairs + 200.0,
         Stage::PressureSolve => solve(pressure) + application + 16.0 * pairs + 160.0,
-        Stage::VelocityAndLoad => 2.0 * 16.0 * pairs + 350.0,
+        Stage::Velocity => 2.0 * 16.0 * pairs + 350.0,
         Stage::MotionAndAccounts => 500.0,
     }
 }
@@ -73,7 +73,7 @@ const STAGES: [Stage; 7] = [
     Stage::Prediction,
     Stage::PositionProjection,
     Stage::PressureSolve,
-    Stage::VelocityAndLoad,
+    Stage::Velocity,
     Stage::MotionAndAccounts,
 ];
 

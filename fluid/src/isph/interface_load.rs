@@ -50,15 +50,9 @@ pub fn pair_reactions<const D: usize>(
     }));
 }
 
-/// Pressures (Pa) beside the interface particles, `Σ W p/Σ W` over the fluid, zero where it is dry.
-pub fn pressures<const D: usize>(
-    neighbourhood: &Neighbourhood<D>,
-    kernel: &CubicSpline<D>,
-    p: &[f64],
-    out: &mut Vec<f64>,
-) {
+/// Pressures (Pa) beside the interface particles, `Σ |∇W| p/Σ |∇W|` over the fluid, zero where it is dry.
+pub fn pressures<const D: usize>(neighbourhood: &Neighbourhood<D>, p: &[f64], out: &mut Vec<f64>) {
     let list = &neighbourhood.fluid_of_structure;
-    let _ = kernel;
     out.clear();
     out.extend((0..list.len()).map(|s| {
         let gradients = &neighbourhood.fluid_of_structure_gradients[list.range(s)];

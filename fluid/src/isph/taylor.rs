@@ -2,35 +2,55 @@
 //!
 //! At ragged surfaces it adds energy: see the table of deviations in the crate's documentation.
 
-use crate::particles::neighbourhood::Neighbourhood;
+use crate::particles::neighbourhood::{Neighbourhood, Pair};
 use rayon::prelude::*;
 use sph::{Matrix, Vector, tensor};
+use std::ops::AddAssign;
 
-/// `A' = A + δr·⟨∇A⟩` for velocity and pressure with the corrected gradient of Eq. (2) over fluid neighbours.
-pub fn correct_fields<const D: usize>(
+/// `u' = u + δr·⟨∇u⟩` with the corrected gradient of Eq. (2) over fluid neighbours and the `shifts` δr (m).
+pub fn correct_velocities<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     corrections: &[(Matrix<D>, f64)],
     shifts: &[Vector<D>],
     velocities: &mut [Vector<D>],
+) {
+    add(velocities, |velocities, a| {
+        let mut gradient = Matrix::<D>::zeros();
+        for (b, pair) in pairs(neighbourhood, a) {
+            gradient += tensor::outer(&(velocities[b] - velocities[a]), &pair.gradient());
+        }
+        gradient * (corrections[a].0.transpose() * shifts[a])
+    });
+}
+
+/// `p' = p + δr·⟨∇p⟩`, likewise.
+pub fn correct_pressures<const D: usize>(
+    neighbourhood: &Neighbourhood<D>,
+    corrections: &[(Matrix<D>, f64)],
+    shifts: &[Vector<D>],
     pressures: &mut [f64],
 ) {
+    add(pressures, |pressures, a| {
+        let mut gradient = Vector::<D>::zeros();
+        for (b, pair) in pairs(neighbourhood, a) {
+            gradient += pair.gradient() * (pressures[b] - pressures[a]);
+        }
+        gradient.dot(&(corrections[a].0.transpose() * shifts[a]))
+    });
+}
+
+fn pairs<const D: usize>(
+    neighbourhood: &Neighbourhood<D>,
+    a: usize,
+) -> impl Iterator<Item = (usize, &Pair<D>)> {
     let list = &neighbourhood.fluid;
-    let changes: Vec<(Vector<D>, f64)> = (0..shifts.len())
-        .into_par_iter()
-        .with_min_len(256)
-        .map(|a| {
-            let (mut gradient_u, mut gradient_p) = (Matrix::<D>::zeros(), Vector::<D>::zeros());
-            for (&b, pair) in list.of(a).iter().zip(&neighbourhood.fluid_pairs[list.range(a)]) {
-                let b = b as usize;
-                gradient_u += tensor::outer(&(velocities[b] - velocities[a]), &pair.gradient());
-                gradient_p += pair.gradient() * (pressures[b] - pressures[a]);
-            }
-            let step = corrections[a].0.transpose() * shifts[a];
-            (gradient_u * step, gradient_p.dot(&step))
-        })
-        .collect();
-    for ((u, p), (du, dp)) in velocities.iter_mut().zip(pressures).zip(changes) {
-        *u += du;
-        *p += dp;
-    }
+    list.of(a).iter().map(|&b| b as usize).zip(&neighbourhood.fluid_pairs[list.range(a)])
+}
+
+/// Adds to all values changes that are made of the values as they were.
+fn add<T: AddAssign + Send + Sync>(values: &mut [T], change: impl Fn(&[T], usize) -> T + Sync) {
+    let before = &*values;
+    let changes: Vec<T> =
+        (0..before.len()).into_par_iter().with_min_len(256).map(|a| change(before, a)).collect();
+    values.iter_mut().zip(changes).for_each(|(value, change)| *value += change);
 }

@@ -27,9 +27,9 @@ pub enum Stage {
     PositionProjection,
     /// Pressure Poisson equation.
     PressureSolve,
-    /// Velocity by pressure, loads.
-    VelocityAndLoad,
-    /// Motion, shifting, contact; energy and momentum; order.
+    /// Velocity by pressure.
+    Velocity,
+    /// Motion, shifting, contact; loads; energy and momentum; order.
     MotionAndAccounts,
 }
 
@@ -67,9 +67,10 @@ impl<const D: usize> Isph<D> {
         self.solve_pressure(accepted, time, dt, trial, &mut report)?; //     (14)–(17)
         done(Stage::PressureSolve);
         self.correct_velocity(dt, structure, trial, &mut report); //         (18)
-        self.load_structure(accepted, structure, trial); //                  (46), (48)
-        done(Stage::VelocityAndLoad);
-        self.move_particles(accepted, dt, structure, trial, &mut report); // (19), (21)–(32)
+        done(Stage::Velocity);
+        self.move_particles(accepted, dt, structure, trial, &mut report); // (19)–(31)
+        self.load_boundaries(accepted, dt, structure, trial); //             (46), (48)
+        self.shift_pressures(trial); //                                      (32)
         self.account(accepted, time, trial, &mut report)?;
         trial.last_dt = dt;
         self.keep_order(trial);

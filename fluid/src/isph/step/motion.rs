@@ -3,8 +3,6 @@
 use crate::boundaries::contact::{self, Approach};
 use crate::error::Error;
 use crate::interface::InterfaceInput;
-use crate::isph::interface_load;
-use crate::isph::options::Load;
 use crate::isph::shifting::{self, ShiftingInput};
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
@@ -40,31 +38,15 @@ impl<const D: usize> Isph<D> {
             magnitude: fastest * dt,
             smoothing_length: h,
         };
-        shifting::shifts(&input, &self.options, &mut s.passing);
+        shifting::shifts(&input, &self.options, &mut s.shifts);
         if self.options.taylor_correction {
-            taylor::correct_fields(
-                &s.neighbourhood,
-                &s.corrections,
-                &s.passing,
-                &mut trial.velocities,
-                &mut trial.pressures,
-            );
-        }
-        if self.options.load == Load::PressureGradient {
-            interface_load::pressure_gradient_load(
-                &s.neighbourhood,
-                &self.kernel,
-                (structure.positions, &self.interface.volumes),
-                &trial.pressures,
-                &self.output.pressures,
-                &mut self.output.pressure_gradients,
-            );
+            taylor::correct_velocities(&s.neighbourhood, &s.corrections, &s.shifts, &mut trial.velocities);
         }
         // From here on the position projection's shifts are the whole displacement.
         let displacements = &mut s.position_shifts;
         let carried =
             |a: usize, trial: &State<D>| (accepted.velocities[a] + trial.velocities[a]) * (0.5 * dt);
-        displacements.par_iter_mut().zip(&s.passing).with_min_len(ROWS).enumerate().for_each(
+        displacements.par_iter_mut().zip(&s.shifts).with_min_len(ROWS).enumerate().for_each(
             |(a, (d, shift))| {
                 *d += carried(a, trial) + shift;
             },
@@ -72,6 +54,7 @@ impl<const D: usize> Isph<D> {
         let spacing = self.properties.spacing;
         let approach = Approach { dt, least_distance: self.options.contact_distance * spacing };
         let mass = self.properties.density * self.properties.particle_volume;
+        s.wall_contacts.clear();
         s.keep.clear();
         s.keep.resize(trial.len(), true);
         for a in 0..trial.len() {
@@ -107,7 +90,7 @@ impl<const D: usize> Isph<D> {
                     u,
                     displacement,
                     |part, change, boundary| {
-                        s.wall_forces.forces[part] -= change * (mass / dt);
+                        s.wall_contacts.push((part, change));
                         report.contact_structure_work += mass * change.dot(&boundary);
                     },
                 );
@@ -132,12 +115,17 @@ impl<const D: usize> Isph<D> {
             trial.lost += u64::from(!*keep && !left);
             *keep &= !left;
         }
-        for (i, impulse) in s.contact_impulses.iter().enumerate() {
-            self.output.pair_reactions[i] += impulse / (dt * self.interface.volumes[i]);
-        }
         trial.classes.clone_from(&s.surface.classes);
         s.torn.iter().for_each(|&a| trial.classes[a as usize] = SurfaceClass::Torn);
-        report.largest_shift = parallel::max(s.passing.len(), 0.0, |a| s.passing[a].norm());
+        report.largest_shift = parallel::max(s.shifts.len(), 0.0, |a| s.shifts[a].norm());
+    }
+
+    /// Eq. (32), once the loads are made.
+    pub(super) fn shift_pressures(&self, trial: &mut State<D>) {
+        let s = &self.scratch;
+        if self.options.taylor_correction {
+            taylor::correct_pressures(&s.neighbourhood, &s.corrections, &s.shifts, &mut trial.pressures);
+        }
     }
 
     pub(super) fn account(
@@ -188,7 +176,7 @@ impl<const D: usize> Isph<D> {
     /// Sorts the particles of `trial` where its next step makes a hierarchy and their order has decayed:
     /// aggregates are groups of places, so an old hierarchy could not serve.
     pub(super) fn keep_order(&mut self, trial: &mut State<D>) {
-        let Scratch { order, passing: vectors, passing_numbers: numbers, .. } = &mut self.scratch;
+        let Scratch { order, viscous: vectors, viscosities: numbers, .. } = &mut self.scratch;
         let (low, cell) = (&self.properties.domain.0, self.kernel.support());
         if trial.memory.hierarchy.is_some() || !order.has_decayed(&trial.positions, low, cell) {
             return;

@@ -33,7 +33,7 @@ impl<const D: usize> Isph<D> {
             smoothing_length: self.kernel.smoothing_length(),
             approach_viscosity,
         };
-        viscosity::accelerations(&input, &self.options, &mut s.passing_numbers, &mut s.passing);
+        viscosity::accelerations(&input, &self.options, &mut s.viscosities, &mut s.viscous);
         s.contact_impulses.clear();
         s.contact_impulses.resize(self.interface.volumes.len(), Vector::zeros());
         s.wall_forces.clear(self.walls.parts.len());
@@ -44,7 +44,7 @@ impl<const D: usize> Isph<D> {
             self.properties.kinematic_viscosity,
             accepted,
             (&self.walls, structure),
-            &mut s.passing,
+            &mut s.viscous,
             |body, acceleration| match body {
                 interface_load::Body::Structure(i) => s.contact_impulses[i] += acceleration * (mass * dt),
                 interface_load::Body::Wall(part) => s.wall_forces.forces[part] -= acceleration * mass,
@@ -56,11 +56,11 @@ impl<const D: usize> Isph<D> {
             .par_iter_mut()
             .with_min_len(ROWS)
             .zip(&accepted.velocities)
-            .zip(&s.passing)
+            .zip(&s.viscous)
             .for_each(|((predicted, u), viscous)| *predicted = u + (viscous + gravity) * dt);
         report.viscous_work = mass
             * parallel::sum(accepted.len(), |a| {
-                let kick = s.passing[a] * dt;
+                let kick = s.viscous[a] * dt;
                 kick.dot(&(accepted.velocities[a] + kick * 0.5))
             });
         s.predicted_structure.clear();
@@ -89,7 +89,7 @@ impl<const D: usize> Isph<D> {
         s.torn.clear();
         if self.options.tearing != Tearing::Off {
             let (own, structure) = (&s.terms.own, &s.predicted_structure);
-            let parting = &mut s.passing_numbers;
+            let parting = &mut s.parting;
             pressure_operator::divergence(
                 &s.neighbourhood,
                 own,

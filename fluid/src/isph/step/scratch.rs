@@ -43,16 +43,28 @@ pub struct Scratch<const D: usize> {
     pub prepared_for: Option<Arc<Origin<D>>>,
     pub solver: conjugate_gradients::Scratch,
     pub operator: OperatorScratch<D>,
-    /// What one stage makes and uses up itself: viscosities, then what known pressures give.
-    pub passing_numbers: Vec<f64>,
+    /// Viscosities (m²/s) that the prediction takes.
+    pub viscosities: Vec<f64>,
+    /// Viscous accelerations (m/s²).
+    pub viscous: Vec<Vector<D>>,
+    /// `D u*` (1/s), where tearing asks for it.
+    pub parting: Vec<f64>,
+    /// What the known pressures give of the pressure equation's left side (1/s²).
+    pub of_known: Vec<f64>,
     pub predicted: Vec<Vector<D>>,
     pub predicted_structure: Vec<Vector<D>>,
     pub confidence: Vec<f64>,
     pub position_shifts: Vec<Vector<D>>,
-    /// What one stage makes and uses up itself: viscous accelerations, then the difference that Eq. (18)
-    /// makes, then shifts.
-    pub passing: Vec<Vector<D>>,
+    /// Change of velocity (m/s) that Eq. (18) makes to that by the symmetric gradient.
+    pub differences: Vec<Vector<D>>,
+    /// `2 Σ_a V p_a ∇W_sa` (Pa/m): what the projection lays on the structure.
+    pub structure_gradients: Vec<Vector<D>>,
+    /// Shifts (m) of Eqs. (21)–(30).
+    pub shifts: Vec<Vector<D>>,
+    /// What the structure gave by friction and contact (kg m/s).
     pub contact_impulses: Vec<Vector<D>>,
+    /// Changes of velocity (m/s) by contact, each with the part of the walls that made it.
+    pub wall_contacts: Vec<(usize, Vector<D>)>,
     pub wall_forces: WallForces<D>,
     pub keep: Vec<bool>,
     pub torn: Vec<u32>,

@@ -86,9 +86,9 @@ impl<const D: usize> Isph<D> {
         if self.options.surface_offset {
             let smoothing_length = self.kernel.smoothing_length();
             s.outside.find((&self.properties, smoothing_length), &s.surface, &s.neighbourhood, accepted);
-            s.passing_numbers.resize(accepted.len(), 0.0);
-            a.apply(&s.outside.known, &mut s.passing_numbers, &mut s.operator);
-            let drawn = s.passing_numbers.par_iter().zip(&s.outside.drawn_to).zip(&s.terms.draw);
+            s.of_known.resize(accepted.len(), 0.0);
+            a.apply(&s.outside.known, &mut s.of_known, &mut s.operator);
+            let drawn = s.of_known.par_iter().zip(&s.outside.drawn_to).zip(&s.terms.draw);
             let right = s.right.par_iter_mut().zip(drawn).with_min_len(LIGHT_ROWS);
             right.for_each(|(b, ((known, drawn_to), draw))| *b += draw * drawn_to - known);
         } else {

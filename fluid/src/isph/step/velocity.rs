@@ -2,7 +2,7 @@
 
 use crate::interface::InterfaceInput;
 use crate::isph::interface_load;
-use crate::isph::options::Scheme;
+use crate::isph::options::{Load, Scheme};
 use crate::isph::pressure::pressure_operator;
 use crate::isph::pressure::velocity_correction;
 use crate::isph::solver::Isph;
@@ -34,7 +34,7 @@ impl<const D: usize> Isph<D> {
             p,
             &mut s.operator.fluid,
         );
-        pressure_operator::structure_gradients(&s.neighbourhood, p, &mut self.output.pressure_gradients);
+        pressure_operator::structure_gradients(&s.neighbourhood, p, &mut s.structure_gradients);
 
         let velocities = &mut trial.velocities;
         let with_pressure =
@@ -45,7 +45,7 @@ impl<const D: usize> Isph<D> {
         report.structure_work = dt
             * (0..structure.positions.len())
                 .map(|i| {
-                    let g = self.output.pressure_gradients[i];
+                    let g = s.structure_gradients[i];
                     let yielding = compliance.get(i).map_or(Vector::zeros(), |c| g * (0.5 * dt * c));
                     self.interface.volumes[i] * g.dot(&(s.predicted_structure[i] - yielding))
                 })
@@ -61,7 +61,7 @@ impl<const D: usize> Isph<D> {
                 inverse_density,
                 &self.properties.gravity,
                 p,
-                &mut s.passing,
+                &mut s.differences,
             );
             if paper {
                 s.confidence.resize(p.len(), 1.0);
@@ -73,7 +73,7 @@ impl<const D: usize> Isph<D> {
                     &mut s.confidence,
                 );
             }
-            let differences = s.passing.par_iter_mut().zip(&s.operator.fluid).zip(&s.confidence);
+            let differences = s.differences.par_iter_mut().zip(&s.operator.fluid).zip(&s.confidence);
             differences.with_min_len(ROWS).for_each(|((d, a), phi)| *d = (*d - a) * (phi * dt));
             let taken =
                 mass * parallel::sum(p.len(), |a| {
@@ -90,10 +90,10 @@ impl<const D: usize> Isph<D> {
             report.gradient_share = if paper {
                 1.0
             } else {
-                velocity_correction::admissible_share(mass, velocities, &s.passing, &fall, budget)
+                velocity_correction::admissible_share(mass, velocities, &s.differences, &fall, budget)
             };
             let theta = report.gradient_share;
-            let corrected = velocities.par_iter_mut().zip(&s.passing).with_min_len(ROWS);
+            let corrected = velocities.par_iter_mut().zip(&s.differences).with_min_len(ROWS);
             corrected.for_each(|(u, d)| *u += d * theta);
             s.confidence.iter_mut().for_each(|phi| *phi *= theta);
         } else {
@@ -103,10 +103,15 @@ impl<const D: usize> Isph<D> {
         changes.with_min_len(ROWS).for_each(|((a, u), predicted)| *a = (u - predicted) / dt);
     }
 
-    /// What the structure gets, and what the fluid got from it by the formula that moved it.
-    pub(super) fn load_structure(
+    /// All that the boundaries get: the load on the structure, what the fluid got from it by the formula that
+    /// moved the fluid, friction and contact included, and the forces on walls.
+    ///
+    /// All loads are of the pressures that the projection found, where the neighbour lists stand: those of
+    /// Eq. (32) belong to places to which the particles have been shifted.
+    pub(super) fn load_boundaries(
         &mut self,
         accepted: &State<D>,
+        dt: f64,
         structure: &InterfaceInput<'_, D>,
         trial: &State<D>,
     ) {
@@ -121,7 +126,7 @@ impl<const D: usize> Isph<D> {
             p,
             &mut self.output.pair_reactions,
         );
-        interface_load::pressures(&s.neighbourhood, &self.kernel, p, &mut self.output.pressures);
+        interface_load::pressures(&s.neighbourhood, p, &mut self.output.pressures);
         s.wall_forces.add_pressures(
             (&s.neighbourhood, &s.corrections),
             &self.walls,
@@ -130,5 +135,24 @@ impl<const D: usize> Isph<D> {
             &s.confidence,
             p,
         );
+        let impulses = s.contact_impulses.iter().zip(&self.interface.volumes);
+        for (reaction, (impulse, volume)) in self.output.pair_reactions.iter_mut().zip(impulses) {
+            *reaction += impulse / (dt * volume);
+        }
+        let mass = self.properties.particle_mass();
+        for (part, change) in s.wall_contacts.drain(..) {
+            s.wall_forces.forces[part] -= change * (mass / dt);
+        }
+        match self.options.load {
+            Load::Transpose => self.output.pressure_gradients.clone_from(&s.structure_gradients),
+            Load::PressureGradient => interface_load::pressure_gradient_load(
+                &s.neighbourhood,
+                &self.kernel,
+                (structure.positions, &self.interface.volumes),
+                p,
+                &self.output.pressures,
+                &mut self.output.pressure_gradients,
+            ),
+        }
     }
 }
