@@ -1,21 +1,9 @@
 //! Free-surface detection and the smoothing coefficient of Eqs. (16)–(17), normals (25)–(26), and pockets of
 //! fluid without a surface.
 //!
-//! # Onto the surface later than off it
-//!
 //! A particle that was not on the surface comes onto it where `∇·r` falls below 1.52 (in space 2.28), one
-//! that was leaves it above 1.6 (2.4). With 1.6 for both, particles that stand 1 to 1.2 spacings deep,
-//! squeezed up between those of the surface, fall a little below it for some steps and get the pressure of
-//! half a spacing, after that of their own depth: in a tank at rest up to 0.65 ρgΔx too little. With 1.54 for
-//! both that is rarer, but particles of a coarse, noisy surface come off it: with 10 particles in depth the
-//! pressure was wrong by up to 5.9 % of ρgH instead of 1.2 %. Largest error of pressure in
-//! `cases/hydrostatic_tank`, six jittered starts, 1 to 10 s, in % of ρgH:
-//!
-//! | particles in depth | 1.6 both ways | 1.54 both ways | 1.52 onto, 1.6 off |
-//! |---|---|---|---|
-//! | 10 | 0.6–1.2 | 0.7–5.9 | 0.6–1.5 |
-//! | 20 | 0.3–2.8 | 0.3–2.1 | 0.3–3.3 |
-//! | 40 | 0.4–1.7 | 0.4–1.1 | 0.4–1.2 |
+//! that was leaves it above 1.6 (2.4): with one threshold for both, particles just below the surface go on
+//! and off it, and their pressure with them. `docs/fluid.md` has the errors of the alternatives.
 
 use crate::isph::options::Options;
 use crate::particles::class::SurfaceClass;

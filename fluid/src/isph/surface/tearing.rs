@@ -1,4 +1,4 @@
-//! Water that tears instead of being pulled: an option ([`Options::tearing`](crate::Options::tearing)).
+//! Water that tears instead of being pulled: an option ([`Options::tearing`](crate::isph::options::Options::tearing)).
 //!
 //! The projection holds every particle inside the fluid to `D u = 0`, by tension (a pressure below the
 //! surface's) where it must. Where a jet falls back and shuts a cavity in, where water leaves a wall or an
@@ -24,42 +24,9 @@
 //! weight: the one under the dam break's jet grows to about 0.6 × 0.35 m in 0.2 s, where air that is shut in
 //! would be thinned.
 //!
-//! # Numbers
-//!
-//! A dam break with the measures of `cases/dam_break`, 3.84 s. "Tension" is `∫ Σ|p| dt` over particles with
-//! `p < 0` over that of all, 2.16 to 3.36 s; "held" the longest time (s) that a particle stayed under −0.05
-//! ρgH; "lowest" of all particles in single steps (ρgH); energy left at the end, largest rise of energy,
-//! volume drift, iterations of the pressure a step, steps.
-//!
-//! | Δx = width/ | torn | tension | held | lowest | energy left | rise | drift | iterations | steps |
-//! |---|---|---|---|---|---|---|---|---|---|
-//! | 20 | off | 5.20 % | 0.192 | −6.34 | 0.443 | 3.82e-4 | 1.60e-3 | 5.63 | 2,478 |
-//! | 20 | at the surface | 0.93 % | 0.158 | −3.96 | 0.470 | 3.48e-4 | 3.75e-3 | 5.34 | 2,244 |
-//! | 20 | everywhere | 0.21 % | 0.004 | −2.01 | 0.454 | 3.78e-4 | 3.13e-3 | 5.31 | 2,394 |
-//! | 40 | off | 5.76 % | 0.604 | −8.48 | 0.463 | 1.56e-4 | 4.14e-4 | 6.90 | 5,393 |
-//! | 40 | at the surface | 2.25 % | 0.459 | −7.09 | 0.470 | 1.31e-4 | 1.20e-3 | 6.36 | 5,327 |
-//! | 40 | everywhere | 0.13 % | 0.004 | −4.87 | 0.426 | 1.65e-4 | 1.54e-3 | 6.51 | 5,336 |
-//! | 80 | off | 7.57 % | 0.751 | −33.36 | 0.484 | 4.19e-5 | 1.00e-4 | 8.40 | 11,171 |
-//! | 80 | everywhere | 0.07 % | 0.002 | −11.59 | 0.436 | 6.91e-5 | 5.32e-4 | 7.85 | 11,445 |
-//!
-//! The front passes Z = 4 within 0.3 % of the same time. What is left is the first step of each impact. Five
-//! jittered starts at 20 and 40, everywhere: tension 0.12 to 0.24 %, held 0.003 to 0.009 s, rise 1.2e-4 to
-//! 4.3e-4, drift 3.3e-3 to 4.0e-3 (3.2e-3 to 3.8e-3 without), no particle lost, 5.3 to 6.5 iterations. A tank
-//! at rest (`cases/hydrostatic_tank`, 10, 20 and 40 particles in depth, 10 s) is the same with and without.
-//! So are the standing wave (20 particles in depth) and the closed Taylor–Green flow; the elliptical drop's
-//! minor axis is 1.7 instead of 1.4 % off (50 across).
-//!
-//! The elastic gate (`cases/elastic_gate`): water under the gate's free end is pulled at by up to 3.5 ρgH in
-//! the outflow behind the edge, which is ragged; torn, it leaves as a smooth jet. The tip goes to 44.1 / 15.8
-//! mm at 0.122 s with either law, instead of 41.8 / 13.9 mm at 0.118 s (experiment 46.2 / 17.0), and comes
-//! back later: 42.0, 37.5, 33.3 mm at 0.16, 0.20, 0.24 s instead of 39.0, 34.7, 31.0 (46.2, 44.0, 42.8). It
-//! is off by default because those cases were measured without.
-//!
-//! Tried at 20 particles a width: limits of 0.1 and 0.005 `ρ u_ref²` leave 0.61 and 0.15 % of tension; to
-//! tear only where particles are less dense than on the lattice leaves up to 1.2 % (in the worst 0.24 s,
-//! which have 0.5 % as it is here), and without remembering who was torn 10 %: every second step pulls. To
-//! keep them torn until they are as dense as on the lattice to 2 % gains nothing and took more of the energy
-//! (0.41 left).
+//! It is off by default because the cases were measured without; `docs/fluid.md` has the numbers with and
+//! without, and what else was tried: in a dam break it takes tension to 1/25 to 1/100 at no cost, and the
+//! elastic gate's tip goes 6 % farther.
 
 use crate::isph::options::Tearing;
 use crate::isph::state::State;
