@@ -142,10 +142,11 @@ pub fn pressure_gradient_load<const D: usize>(
     structure: (&[Vector<D>], &[f64]),
     p: &[f64],
     structure_p: &[f64],
-    out: &mut [Vector<D>],
+    out: &mut Vec<Vector<D>>,
 ) {
     let (positions, volumes) = structure;
     let list = &neighbourhood.fluid_of_structure;
+    out.resize(list.len(), Vector::zeros());
     for (s, gradient) in out.iter_mut().enumerate() {
         let gradients = &neighbourhood.fluid_of_structure_gradients[list.range(s)];
         let mut sum = Vector::zeros();

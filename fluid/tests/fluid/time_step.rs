@@ -213,6 +213,29 @@ fn momentum_is_accounted_to_rounding_and_the_reaction_is_the_load() {
     assert!(checked > 5);
 }
 
+/// Eq. (32) carries pressures to where the particles are shifted, which the neighbour lists do not know: it
+/// changes neither law's load in the same step.
+#[test]
+fn loads_are_of_the_pressures_that_the_projection_found() {
+    let case = tank(0.3, 0.3, 0.3, 0.02, 0.1, 0.3).with_structure(300.0);
+    let still = vec![V::zeros(); case.structure.len()];
+    let structure =
+        InterfaceInput { positions: &case.structure, velocities: &still, held_pressure_gradients: &still };
+    for load in [Load::Transpose, Load::PressureGradient] {
+        let [corrected, plain] = [true, false].map(|taylor_correction| {
+            let mut fluid = case.fluid(Options { load, taylor_correction, ..Options::default() });
+            let mut trial = State::default();
+            fluid.step(&case.state, 0.0, 1e-3, &structure, &mut trial).unwrap();
+            (fluid.output().pressure_gradients.clone(), trial.pressures)
+        });
+        assert_eq!(corrected.0, plain.0);
+        assert_ne!(corrected.1, plain.1);
+        // One entry each, and water of 0.3 m presses: ρg is 9810 Pa/m.
+        assert_eq!(plain.0.len(), case.structure.len());
+        assert!(plain.0.iter().map(V::norm).fold(0.0, f64::max) > 1e3);
+    }
+}
+
 #[test]
 fn a_tank_stays_quiet_with_the_hydrostatic_pressure() {
     let (height, dx) = (1.0, 0.05);
