@@ -3,7 +3,6 @@
 //! Case → [`crate::Setup`]; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and
 //! energies.
 
-mod saved;
 mod setup;
 mod snapshot;
 
@@ -288,12 +287,11 @@ impl<const D: usize> Participant for StructureParticipant<D> {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        Ok(saved::to_bytes(&self.accepted))
+        Ok(self.accepted.to_bytes())
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        self.accepted = saved::from_bytes(state, self.structure.len())
-            .ok_or_else(|| failed("the saved state is not one of this structure"))?;
+        self.accepted = State::from_bytes(state, self.structure.len()).map_err(failed)?;
         Ok(())
     }
 

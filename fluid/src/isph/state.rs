@@ -5,6 +5,7 @@ use crate::isph::pressure::hierarchy::Hierarchy;
 use crate::particles::class::SurfaceClass;
 use crate::particles::state::{self, sieve};
 use sph::Vector;
+use words::bytes::{Reader, Writer};
 
 /// The fluid's state with what ISPH remembers.
 pub type State<const D: usize> = state::State<D, Memory<D>>;
@@ -24,7 +25,7 @@ pub struct Memory<const D: usize> {
     pub hierarchy: Option<Hierarchy<D>>,
 }
 
-const MAGIC: &[u8; 8] = b"mnscflu4";
+const MAGIC: &[u8; 8] = b"mnscflu5";
 
 impl<const D: usize> State<D> {
     /// Particles at rest or moving, without pressure.
@@ -56,34 +57,24 @@ impl<const D: usize> State<D> {
         self.memory.hierarchy = None;
     }
 
-    /// The state as bytes (little endian): a restart from them is identical to the bit.
+    /// The state as bytes: a restart from them is identical to the bit.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(72 + self.len() * (8 * (3 * D + 2) + 5));
-        bytes.extend_from_slice(MAGIC);
-        for n in [D as u64, self.len() as u64, self.left, self.lost] {
-            bytes.extend_from_slice(&n.to_le_bytes());
-        }
-        for x in [self.last_dt, self.memory.energy_excess] {
-            bytes.extend_from_slice(&x.to_le_bytes());
-        }
-        for id in &self.ids {
-            bytes.extend_from_slice(&id.to_le_bytes());
-        }
-        bytes.extend(self.classes.iter().map(|c| *c as u8));
+        let mut state = Writer::new(MAGIC);
+        state.usize(D);
+        state.usize(self.len());
+        state.u64(self.left);
+        state.u64(self.lost);
+        state.f64(self.last_dt);
+        state.f64(self.memory.energy_excess);
+        state.u32s(&self.ids);
+        state.list(&self.classes, |state, class| state.u8(*class as u8));
         for field in [&self.positions, &self.velocities, &self.memory.pressure_accelerations] {
-            for x in field.iter().flat_map(|v| v.iter()) {
-                bytes.extend_from_slice(&x.to_le_bytes());
-            }
+            state.vectors(field);
         }
-        for field in [&self.pressures, &self.memory.position_potentials] {
-            for x in field {
-                bytes.extend_from_slice(&x.to_le_bytes());
-            }
-        }
-        if let Some(hierarchy) = &self.memory.hierarchy {
-            bytes.extend(hierarchy.to_bytes());
-        }
-        bytes
+        state.f64s(&self.pressures);
+        state.f64s(&self.memory.position_potentials);
+        state.option(self.memory.hierarchy.as_ref(), |state, hierarchy| hierarchy.write(state));
+        state.finish()
     }
 
     /// The state that [`to_bytes`](Self::to_bytes) wrote.
@@ -91,62 +82,27 @@ impl<const D: usize> State<D> {
     /// # Errors
     /// [`Error::Restore`] when the bytes are not such a state, of another dimension, or cut off.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let mut rest = bytes;
-        let mut take = |n: usize| -> Result<&[u8], Error> {
-            if rest.len() < n {
-                return Err(Error::Restore(format!("it ends {} bytes early", n - rest.len())));
-            }
-            let (head, tail) = rest.split_at(n);
-            rest = tail;
-            Ok(head)
+        let mut state = Reader::new("fluid's state", MAGIC, bytes)?;
+        let dimension = state.usize("dimension")?;
+        if dimension != D {
+            return Err(state.refuse("particles", format!("{dimension}-dimensional ones")).into());
+        }
+        let count = state.usize("particles")?;
+        let (left, lost) = (state.u64("particles that left")?, state.u64("particles lost")?);
+        let (last_dt, energy_excess) = (state.f64("last step")?, state.f64("energy excess")?);
+        let ids = state.u32s("numbers", Some(count))?;
+        let classes = SurfaceClass::read(&mut state, "classes", count)?;
+        let positions = state.vectors("positions", Some(count))?;
+        let velocities = state.vectors("velocities", Some(count))?;
+        let pressure_accelerations = state.vectors("pressure accelerations", Some(count))?;
+        let pressures = state.f64s("pressures", Some(count))?;
+        let memory = Memory {
+            pressure_accelerations,
+            position_potentials: state.f64s("position potentials", Some(count))?,
+            energy_excess,
+            hierarchy: state.option("preconditioner", |state| Hierarchy::read(state, count))?,
         };
-        fn words<const N: usize>(bytes: &[u8]) -> impl Iterator<Item = [u8; N]> + '_ {
-            bytes.chunks_exact(N).map(|c| c.try_into().expect("chunks have this length"))
-        }
-        if take(8)? != MAGIC {
-            return Err(Error::Restore("it is not a fluid's state of this version".into()));
-        }
-        let head: Vec<u64> = words(take(32)?).map(u64::from_le_bytes).collect();
-        if head[0] != D as u64 {
-            return Err(Error::Restore(format!("it is {}-dimensional, the fluid {D}-dimensional", head[0])));
-        }
-        let n = head[1] as usize;
-        let mut number =
-            || Ok(words(take(8)?).map(f64::from_le_bytes).next().expect("eight bytes make a number"));
-        let (last_dt, energy_excess) = (number()?, number()?);
-        let ids = words(take(4 * n)?).map(u32::from_le_bytes).collect();
-        let mut classes = Vec::with_capacity(n);
-        for &c in take(n)? {
-            let class = SurfaceClass::from_byte(c);
-            classes.push(class.ok_or_else(|| Error::Restore(format!("{c} is no surface class")))?);
-        }
-        let mut vectors = || -> Result<Vec<Vector<D>>, Error> {
-            let flat: Vec<f64> = words(take(8 * n * D)?).map(f64::from_le_bytes).collect();
-            Ok(flat.chunks_exact(D).map(Vector::from_column_slice).collect())
-        };
-        let (positions, velocities, pressure_accelerations) = (vectors()?, vectors()?, vectors()?);
-        let pressures = words(take(8 * n)?).map(f64::from_le_bytes).collect();
-        let position_potentials = words(take(8 * n)?).map(f64::from_le_bytes).collect();
-        let hierarchy = match rest {
-            [] => None,
-            rest => {
-                let saved = Hierarchy::from_bytes(rest).filter(|h| h.origin.positions.len() == n);
-                Some(saved.ok_or_else(|| {
-                    Error::Restore("its preconditioner is not that of its particles".into())
-                })?)
-            }
-        };
-        let (left, lost) = (head[2], head[3]);
-        Ok(Self {
-            ids,
-            positions,
-            velocities,
-            pressures,
-            classes,
-            last_dt,
-            left,
-            lost,
-            memory: Memory { pressure_accelerations, position_potentials, energy_excess, hierarchy },
-        })
+        state.finish()?;
+        Ok(Self { ids, positions, velocities, pressures, classes, last_dt, left, lost, memory })
     }
 }

@@ -1,5 +1,7 @@
 //! What a particle is by its surroundings.
 
+use words::bytes::{Error, Reader};
+
 /// What a particle is by its surroundings (the paper's Fig. 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 #[repr(u8)]
@@ -19,10 +21,11 @@ pub enum SurfaceClass {
 }
 
 impl SurfaceClass {
-    /// The class that `byte` stands for in a saved state.
-    pub fn from_byte(byte: u8) -> Option<Self> {
-        [Self::Interior, Self::NearSurface, Self::Surface, Self::Splash, Self::Torn]
-            .get(usize::from(byte))
-            .copied()
+    /// The classes of so many particles in a saved state.
+    pub fn read(state: &mut Reader, field: &'static str, particles: usize) -> Result<Vec<Self>, Error> {
+        let all = [Self::Interior, Self::NearSurface, Self::Surface, Self::Splash, Self::Torn];
+        state.list(field, Some(particles), |state| {
+            state.tag(field, |byte| all.get(usize::from(byte)).copied())
+        })
     }
 }
