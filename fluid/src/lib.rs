@@ -11,12 +11,12 @@
 //! | what a method has to be for the participant to run it | [`Fluid`] in [`method`] |
 //! | case, messages, snapshots: the only files that know the world outside | [`participant`] |
 //!
-//! Start reading at [`Isph::step_watched`] in [`isph::step`]: it is the algorithm of the paper (Salehizadeh and
-//! Shafiei 2022, "A coupled ISPH-TLSPH method for simulating fluid-elastic structure interaction problems"),
-//! a line each stage; [`isph`] says in which file each stage stands. A [`State`] holds all that the next step
-//! depends on, the method's memory included: [`Fluid::step`] takes an accepted state and makes a trial state,
-//! as often as wanted, with the same bits each time and for any number of threads. Nothing but the
-//! participant knows a process, a file, a clock or a message.
+//! Start reading at [`Isph::step_watched`] in [`isph::step`]: it is the algorithm of the paper (Salehizadeh
+//! and Shafiei 2022, "A coupled ISPH-TLSPH method for simulating fluid-elastic structure interaction
+//! problems"), a line each stage; [`isph`] says in which file each stage stands. A [`State`] holds all that
+//! the next step depends on, the method's memory included: [`Fluid::step`] takes an accepted state and makes
+//! a trial state, as often as wanted, with the same bits each time and for any number of threads. Nothing but
+//! the participant knows a process, a file, a clock or a message.
 //!
 //! Where the method departs from the paper and what forced it, what was tried, and what a step costs stand
 //! with their numbers in `docs/fluid.md`.

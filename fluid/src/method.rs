@@ -1,4 +1,5 @@
-//! What a method has to be for the participant to run it.
+//! What a method has to be for the participant to run it. Another one is a folder beside
+//! [`isph`](crate::isph) over the same particles and boundaries, whose type implements [`Fluid`].
 
 use crate::boundaries::walls::Walls;
 use crate::error::Error;

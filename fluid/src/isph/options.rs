@@ -104,22 +104,8 @@ pub struct Options {
     pub pocket_regularisation: f64,
     /// Preconditioner of the pressure solves.
     pub preconditioner: Preconditioner,
-    /// Relative residual of the pressure solve. The default 1e-3 leaves energy, density and centroid of tank
-    /// and dam break as 1e-5 does (tank, K: 0.01723 and 0.01724 J; dam, energy at 1.5 s: 0.9726 and 0.9727)
-    /// in 8 iterations instead of 14.
-    ///
-    /// A column of 9,000 particles that has splashed, 0.1 s (183 steps) further: relative residual,
-    /// iterations, divergence left by the solve times the step, change of total energy, mean density error.
-    ///
-    /// | tolerance | iterations | rms of `Δt D u` left | energy | density |
-    /// |---|---|---|---|---|
-    /// | 1e-2 | 7.2 | 1.0e-6 | −0.089 % | 3.4e-5 |
-    /// | 1e-3 | 9.9 | 1.1e-7 | −0.089 % | 3.4e-5 |
-    /// | 1e-4 | 12.5 | 1.1e-8 | −0.089 % | 3.4e-5 |
-    /// | 1e-6 | 17.5 | 1.1e-10 | −0.089 % | 3.4e-5 |
-    ///
-    /// Even 1e-2 leaves per step a thirtieth of the density error that the position projection keeps; 1e-3 is
-    /// ten times below that.
+    /// Relative residual of the pressure solve: by the default 1e-3 it leaves a three-hundredth of the
+    /// density error that the position projection keeps (`docs/fluid.md`).
     pub pressure_tolerance: f64,
     /// Relative residual of the position projection.
     pub position_tolerance: f64,
@@ -217,7 +203,7 @@ impl Default for Options {
 impl Options {
     /// The paper's choices throughout, its slips mended: thresholds 1.4/1.6, shifting by Eqs. (21)–(24) with
     /// `C = 0.04`, Eqs. (27)–(32), Eq. (13), `c_s = 0.1`, `Cr = 0.1`. It does not hold a hydrostatic tank
-    /// (see the table of deviations in the crate's documentation).
+    /// (see `docs/fluid.md`).
     pub fn paper() -> Self {
         Self {
             scheme: Scheme::Paper,

@@ -1,6 +1,6 @@
 //! Taylor correction of the fields after shifting, Eqs. (20), (31), (32), (47): an option, off by default.
 //!
-//! At ragged surfaces it adds energy: see the table of deviations in the crate's documentation.
+//! At ragged surfaces it adds energy: see the departures from the paper in `docs/fluid.md`.
 
 use crate::particles::neighbourhood::{Neighbourhood, Pair};
 use rayon::prelude::*;

@@ -1,4 +1,5 @@
-//! Tests of the fluid from outside, in one binary: operators by hand and by property, boundaries, whole steps.
+//! Tests of the fluid from outside, in one binary: operators by hand and by property, boundaries, whole
+//! steps.
 
 mod boundaries;
 mod direct_solve;

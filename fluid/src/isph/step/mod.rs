@@ -34,8 +34,8 @@ pub enum Stage {
 }
 
 impl<const D: usize> Isph<D> {
-    /// [`step`](crate::method::Fluid::step) that tells `done` of each stage when it is over, for whoever measures what the
-    /// stages cost.
+    /// [`step`](crate::method::Fluid::step) that tells `done` of each stage when it is over, for whoever
+    /// measures what the stages cost.
     ///
     /// # Errors
     /// Those of [`step`](crate::method::Fluid::step).
@@ -54,7 +54,8 @@ impl<const D: usize> Isph<D> {
         self.walls.move_to(time, dt);
         let mut report = StepReport { dt, ..StepReport::default() };
 
-        self.find_neighbours(&accepted.positions, &accepted.classes, structure.positions); //  (1), (5), (17), (25), (26)
+        //                                                                  (1), (5), (17), (25), (26)
+        self.find_neighbours(&accepted.positions, &accepted.classes, structure.positions);
         done(Stage::Neighbours);
         self.assemble(); //                                                 (15), (16)
         self.choose_hierarchy(accepted, (time, dt), structure, trial);

@@ -1,4 +1,5 @@
-//! Water that tears instead of being pulled: an option ([`Options::tearing`](crate::isph::options::Options::tearing)).
+//! Water that tears instead of being pulled: an option
+//! ([`Options::tearing`](crate::isph::options::Options::tearing)).
 //!
 //! The projection holds every particle inside the fluid to `D u = 0`, by tension (a pressure below the
 //! surface's) where it must. Where a jet falls back and shuts a cavity in, where water leaves a wall or an
@@ -13,8 +14,8 @@
 //! in the last step, or that was torn, has the known pressure zero in this step if it parts, `D u* > 0`; if
 //! it closes, its pressure is unknown again. So tension lasts a step or two, there is no second solve, and
 //! the projection takes energy only, as it does with the known pressures of the surface. Where particles have
-//! parted far enough they are a surface as any ([`surface`](crate::isph::surface::detection)), and a cavity stays open until
-//! the flow closes it.
+//! parted far enough they are a surface as any ([`surface`](crate::isph::surface::detection)), and a cavity
+//! stays open until the flow closes it.
 //!
 //! [`Tearing::AtSurface`] asks in addition that air can come in: that the surface, or fluid torn in the last
 //! step, is within reach. Water without air bears pressures below that of the air, 0.1 MPa below it before it
