@@ -1,11 +1,11 @@
 //! Set-up and application of the multigrid preconditioner, and solves with it, on scattered particles.
 
-#[path = "../tests/models/mod.rs"]
+#[path = "../tests/fluid/models.rs"]
 mod models;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use fluid::conjugate_gradients::{Limits, Scratch, solve};
-use fluid::multigrid::{Multigrid, Options};
+use fluid::isph::pressure::conjugate_gradients::{Limits, Scratch, solve};
+use fluid::isph::pressure::multigrid::{Multigrid, Options};
 
 fn measure<const D: usize>(criterion: &mut Criterion, what: &str, model: &mut models::Model<D>) {
     let n = model.len();

@@ -5,17 +5,17 @@ mod column;
 
 use column::column;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use fluid::conjugate_gradients::{self, Limits};
-use fluid::neighbourhood::{Bodies, Neighbourhood};
-use fluid::preconditioner::PressurePreconditioner;
-use fluid::pressure_operator::{self, OperatorScratch, PressureOperator};
-use fluid::{Fluid, InterfaceInput, Preconditioner, State};
+use fluid::isph::pressure::conjugate_gradients::{self, Limits};
+use fluid::isph::pressure::preconditioner::PressurePreconditioner;
+use fluid::isph::pressure::pressure_operator::{self, OperatorScratch, PressureOperator};
+use fluid::particles::neighbourhood::{Bodies, Neighbourhood};
+use fluid::{Fluid, InterfaceInput, Isph, Preconditioner, State};
 use sph::Vector;
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 
 /// The column after 20 steps, and its solver.
-fn collapsing(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
+fn collapsing(cells: usize, tolerance: f64) -> (Isph<2>, State<2>) {
     let (mut fluid, mut state) = column(cells, tolerance);
     let mut trial = State::default();
     for _ in 0..20 {

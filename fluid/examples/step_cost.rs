@@ -11,7 +11,7 @@
 mod column;
 
 use column::column;
-use fluid::{Fluid, InterfaceInput, Stage, State};
+use fluid::{Fluid, InterfaceInput, Isph, Stage, State};
 use sph::kernel::CubicSpline;
 use sph::neighbours::{CellGrid, NeighbourList};
 use std::time::Instant;
@@ -62,7 +62,7 @@ fn traffic(stage: Stage, pairs: f64, pressure: f64, positions: f64, made: f64) -
         Stage::PositionProjection => solve(positions) + 16.0 * pairs + 110.0,
         Stage::Prediction => 2.0 * 16.0 * pairs + 200.0,
         Stage::PressureSolve => solve(pressure) + application + 16.0 * pairs + 160.0,
-        Stage::VelocityAndLoad => 2.0 * 16.0 * pairs + 350.0,
+        Stage::Velocity => 2.0 * 16.0 * pairs + 350.0,
         Stage::MotionAndAccounts => 500.0,
     }
 }
@@ -73,12 +73,12 @@ const STAGES: [Stage; 7] = [
     Stage::Prediction,
     Stage::PositionProjection,
     Stage::PressureSolve,
-    Stage::VelocityAndLoad,
+    Stage::Velocity,
     Stage::MotionAndAccounts,
 ];
 
 /// Seconds of each stage and of the whole, the least of three times the same step.
-fn time_step(fluid: &mut Fluid<2>, state: &State<2>, time: f64, dt: f64, trial: &mut State<2>) -> [f64; 8] {
+fn time_step(fluid: &mut Isph<2>, state: &State<2>, time: f64, dt: f64, trial: &mut State<2>) -> [f64; 8] {
     let mut least = [f64::INFINITY; 8];
     for _ in 0..3 {
         let first = Instant::now();
@@ -126,7 +126,7 @@ fn main() {
 
     let (mut seconds, mut iterations, mut made) = ([[0.0; 8]; 2], [0.0; 2], 0.0);
     for _ in 0..measured {
-        made += f64::from(u8::from(state.hierarchy.is_none())) / measured as f64;
+        made += f64::from(u8::from(state.memory.hierarchy.is_none())) / measured as f64;
         let dt = fluid.stable_step(&state, time, &[]);
         for (sums, pool) in seconds.iter_mut().zip([&one, &two]) {
             let least = pool.install(|| time_step(&mut fluid, &state, time, dt, &mut trial));

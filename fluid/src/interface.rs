@@ -1,6 +1,6 @@
 //! The structure's particles as the fluid sees them, and what it gives back.
 
-use crate::Error;
+use crate::error::Error;
 use rayon::prelude::*;
 use sph::Vector;
 use sph::kernel::CubicSpline;
@@ -20,7 +20,8 @@ pub struct InterfaceParticles {
 pub struct InterfaceInput<'a, const D: usize> {
     /// Positions at the window's start (m).
     pub positions: &'a [Vector<D>],
-    /// Velocities (m/s) predicted to the window's end under the load held from the last window.
+    /// Velocities (m/s) predicted under the load held from the last window: the mean over the window, or
+    /// that at its end ([`StructureVelocity`](crate::StructureVelocity)).
     pub velocities: &'a [Vector<D>],
     /// That load as a pressure gradient (Pa/m): it accelerated the structure by `−g/ρ_s`.
     pub held_pressure_gradients: &'a [Vector<D>],

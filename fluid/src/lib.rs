@@ -1,29 +1,25 @@
-//! Incompressible SPH fluid (ISPH, projection method) with free surfaces, walls and elastic structure.
+//! Fluids of particles between walls and elastic structures. One method stands: incompressible SPH (ISPH,
+//! projection method) with free surfaces.
 //!
-//! Start reading at [`Fluid::step`] in [`time_step`]: it is the algorithm of the paper (Salehizadeh and
-//! Shafiei 2022, "A coupled ISPH-TLSPH method for simulating fluid-elastic structure interaction problems"),
-//! a line a stage. What each stage does stands in a file of its own:
+//! | what | where |
+//! |---|---|
+//! | particles of any fluid: state, neighbours and kernel sums, order in memory, balances | [`particles`] |
+//! | what bounds them: walls and their motion, periodic sides, contact | [`boundaries`] |
+//! | the structure's particles as the fluid sees them, and what it gives back | [`interface`] |
+//! | values at points, the fluid in a box | [`probes`] |
+//! | the method: time step, pressure, surface, viscosity, shifting | [`isph`] |
+//! | what a method has to be for the participant to run it | [`Fluid`] in [`method`] |
+//! | case, messages, snapshots: the only files that know the world outside | [`participant`] |
 //!
-//! | stage | equations | module |
-//! |---|---|---|
-//! | neighbours, kernel sums, `B` | (1), (2), (5) | [`neighbourhood`], [`rows`] |
-//! | free surface, α, normals, pockets | (16), (17), (25), (26) | [`surface`] |
-//! | predictor: gravity, laminar, sub-particle-scale and approach viscosity | (10)–(13), (4), (6), (7) | [`viscosity`], [`correction`] |
-//! | positions projected onto the density | – | [`position_projection`] |
-//! | pressure Poisson equation | (14)–(16) | [`pressure_operator`], [`surface_offset`], [`tearing`] |
-//! | its solution | – | [`conjugate_gradients`], [`preconditioner`], [`multigrid`], [`hierarchy`] |
-//! | velocity | (18) | [`velocity_correction`] |
-//! | load on the structure, reaction, wall forces | (46), (48) | [`interface_load`], [`interface`] |
-//! | motion, shifting, Taylor correction | (19)–(32) | [`shifting`], [`taylor`], [`contact`] |
-//! | energy, momentum, volume | – | [`accounting`] |
-//! | particles kept in order | – | [`order`] |
-//! | periodic sides; walls that move | – | [`period`], [`wall_motion`] |
+//! Start reading at [`Isph::step_watched`] in [`isph::step`]: it is the algorithm of the paper (Salehizadeh
+//! and Shafiei 2022, "A coupled ISPH-TLSPH method for simulating fluid-elastic structure interaction
+//! problems"), a line each stage; [`isph`] says in which file each stage stands. A [`State`] holds all that
+//! the next step depends on, the method's memory included: [`Fluid::step`] takes an accepted state and makes
+//! a trial state, as often as wanted, with the same bits each time and for any number of threads. Nothing but
+//! the participant knows a process, a file, a clock or a message.
 //!
-//! [`solver`] holds what a fluid is made of and its stable step, walls come from [`walls`], choices from
-//! [`Options`], values at points from [`probes`]. A [`State`] holds all that the next step depends on, the
-//! solver's starting values included: [`Fluid::step`] takes an accepted state and makes a trial state, as
-//! often as wanted, with the same bits each time and for any number of threads. Nothing here knows a process,
-//! a file, a clock or a message.
+//! Where the method departs from the paper and what forced it, what was tried, and what a step costs stand
+//! with their numbers in `docs/fluid.md`.
 //!
 //! # Notation
 //!
@@ -37,7 +33,7 @@
 //! | `∇·r` | `−Σ V r_ab·∇W_ab`, `D` inside | 1 | scalar |
 //! | `α` | surface smoothing, 0 on the surface, 1 inside | 1 | scalar |
 //! | `B` | correction of kernel gradients | 1 | `Matrix<D>` |
-//! | `D u` | divergence | 1/s | scalar a particle |
+//! | `D u` | divergence | 1/s | scalar per particle |
 //! | `A`, `L` | `D M⁻¹ Dᵀ`; compact Laplacian times `1/ρ` | m³/kg/m² | operator |
 //! | `u*` | velocity without pressure at the step's end | m/s | `Vector<D>` |
 //! | `g_s`, `R_s` | load on the structure and reaction as pressure gradients: forces `−V_s g_s` on it, `+V_s R_s` on the fluid | Pa/m | `Vector<D>` |
@@ -54,135 +50,30 @@
 //! rounding next to the structure, where the fluid moves by the symmetric gradient alone. Contact (particles
 //! of known pressure that would run into the structure) and no-slip friction are counted in `R_s` and are
 //! **not** part of `g_s`.
-//!
-//! # Where this departs from the paper, and what forced it
-//!
-//! Measured with this crate in two dimensions, water, `h = 1.2 Δx`, all but the choice named as by default
-//! (the sub-particle-scale model on): "tank" is 0.5 wide and 1 deep (H/Δx = 20, positions jittered by 0.1 Δx,
-//! 6 s, means from 1 s on), "dam" a column 1 × 2 in a tank 4 wide (Δx = width/20, 1.5 s). `K` is kinetic
-//! energy, "rise" the largest rise of kinetic and potential energy over the least before, over that at the
-//! start. By default the tank has a mean `K` of 0.027 J (it could fall with 2450 J), the rms error of its
-//! pressure is 0.07 % of ρgH and its centroid stands 0.19 % high; the dam keeps 0.970 of its energy and its
-//! rise is 3.3e-4. The paper's choices together are [`Options::paper`].
-//!
-//! | paper | here | why |
-//! |---|---|---|
-//! | compact Laplacian (15), gradient (18) | gradient as the negative transpose of the divergence, `A = D M⁻¹ Dᵀ + 0.1 L` | projection cannot add energy, by construction; the paper's choices together: dam not finite at 0.89 s; tank at 2 s K 1 J, energy + 2.5 %, centroid + 2.5 %, single densities 24 % off, not finite at 5.8 s |
-//! | Eq. (18) everywhere | Eq. (18) as far as energy allows (θ), none where neighbours are one-sided or beside the structure (φ) | symmetric gradient alone: tank K 88 J, pressure off by up to 0.67 ρgH; dam keeps 0.933 of its energy instead of 0.970 |
-//! | thresholds 1.4/1.6 of ∇·r | 1.6/1.8, onto the surface below 1.52 ([`surface`]) | a flat lattice surface has 1.28, the layer beneath it 1.92. 1.4/1.6 hold too: tank K 0.032 J, dam's energy 0.956 |
-//! | density error left alone | position projection, velocity unchanged | without it the tank's centroid rises by 1.3 % and K is 5 times as large |
-//! | `p = 0` on surface particles, drawn to 0 near it | pressure at their depth ([`surface_offset`]) | rms pressure error of the tank without 2.8 % of ρgH, with 0.07 %; K 5 times as large without |
-//! | shifting (21)–(23) | concentration gradient with `ζ ≥ √(gH) Δt` | without shifting K reaches 12 J, and the dam's rise is 3.6e-3; with `ζ = u_max Δt` a resting tank is not shifted at all |
-//! | Taylor correction of velocity (20), (31) | off | adds energy at ragged surfaces: the dam's rise is 1.2e-3, four times as large |
-//! | walls not described | weight 2 in divergence and gradient, no wall unknowns; approach limited at 0.25 Δx from the surface | a particle of known pressure meets no resistance otherwise |
-//! | incompressible under tension, too | the same; tearing is an option ([`tearing`]) | tension in whirls and corners of a dam break falls to 1/25 to 1/100 with it, at no cost; not the default, since it changes the gate by 6 % |
-//! | – | viscosity `0.02 h √(gH)` between approaching particles | takes 0.0024 of the dam's energy in 1.5 s (0.970 is left; without it 0.972, which survives too) and most of the noise of the tank, whose K is 0.10 J without |
-//! | sub-particle-scale model (10), `c_s = 0.1` | the same, can be switched off | takes 0.005 of the dam's energy in 1.5 s (0.975 is left without), nothing in the tank |
-//! | Eq. (48) | transpose of the divergence | equal and opposite by construction; (48) is `load = PressureGradient` |
-//! | Eq. (17) | π in the cosine | slip in print |
-//! | Eqs. (6)–(7) | Fatehi and Manzari's tensor, exact for quadratic fields (tested) | garbled in print |
-//! | Eq. (13) | mean viscosity with the 2 of Eq. (4) | slip in print |
-//! | Eq. (27) | `d` with the sign of `δr·n` | slip in print: inward shifts would double |
-//! | Cr = 0.1 | 0.2, growing by at most 1.2 a step | all numbers here are at 0.2; 0.1 was run with the paper's choices only |
-//!
-//! # What a step costs
-//!
-//! Measured with `examples/step_cost.rs` on a column that collapses (0.27 s at 2,300 particles, 0.24 s at
-//! 9,000, 0.10 s at 50,000, 0.01 s at 500,000), each step three times, the least time of each stage, on an
-//! idle machine of two cores with a copy bandwidth of 33 GB/s on one thread and up to 69 on two.
-//!
-//! | µs a particle and step, one thread / two | 2,300 | 9,000 | 50,000 | 500,000 |
-//! |---|---|---|---|---|
-//! | tolerance 1e-3 | 1.40 / 0.89 | 1.29 / 0.75 | 1.46 / 0.80 | 1.06 / 0.60 |
-//! | its iterations, pressure and positions | 6.3, 3.3 | 6.1, 1.2 | 6.0, 1.2 | 2.0, 1.0 |
-//! | tolerance 1e-6 | 1.86 / 1.15 | 1.79 / 0.98 | 2.15 / 1.15 | 1.65 / 0.90 |
-//! | its iterations | 12.9, 3.2 | 13.0, 1.2 | 13.0, 1.2 | 8.0, 1.0 |
-//! | memory (kB a particle) | 1.7 | 1.39 | 1.23 | 1.19 |
-//!
-//! Two million particles (the column 1,000 wide, 6 steps) take 1.17 kB each and 9.5 iterations at 1e-6.
-//!
-//! A dam that has broken and splashed for 2.4 s (8,800 particles, 9.2 and 3.3 iterations, 0.28 hierarchies a
-//! step) takes 1.75 µs (on a busy machine) and 1.41 kB. `cases/dam_break` with 9,000 particles takes 8.0 and
-//! 3.6 iterations a step in the mean of its 3.84 s, 10.5 and 5.0 in the eighth in which the wave falls back,
-//! and never more than 16. Two threads gain less in a small fluid that makes its hierarchy often: 1.28 at
-//! 2,300 particles after 0.56 s. At 50,000 particles and 1e-3, bandwidth counted as the example's `traffic`
-//! says:
-//!
-//! | stage | share | GB/s on one thread, two | two threads are faster by |
-//! |---|---|---|---|
-//! | neighbours, kernel sums, surface | 0.24 | 3.9, 6.4 | 1.64 |
-//! | assembly, hierarchy | 0.02 | 15.0, 23.5 | 1.57 |
-//! | prediction | 0.05 | 10.7, 19.7 | 1.83 |
-//! | position projection | 0.13 | 14.3, 27.2 | 1.90 |
-//! | pressure solve | 0.47 | 13.8, 27.7 | 2.00 |
-//! | velocity, loads | 0.04 | 17.5, 33.8 | 1.93 |
-//! | motion, accounts | 0.04 | 8.0, 12.7 | 1.60 |
-//! | whole | 1 | 11.2, 20.4 | 1.83 |
-//!
-//! No stage comes near the copy bandwidth on one thread: the caches hold much of what is gathered, and
-//! arithmetic and latency take the time. What runs on one thread whatever there are is 6 % of a step in which
-//! a hierarchy is made (9,000 particles: 1.9 % aggregates, 1.4 % surface, the rest in pieces), 4 % of one in
-//! which none is. What keeps two threads of small fluids from twice the speed is handing over: a step has
-//! about 200 passes, and a thread that has waited for some 15 µs sleeps and takes longer than that to wake.
-//! Passes too short to share are not shared ([`multigrid`], [`conjugate_gradients`]).
-//!
-//! The hierarchy is kept while it serves ([`hierarchy`]), and follows diagonals that change
-//! ([`preconditioner`]): made 0.2 times a step in the collapsing columns, 0.28 times in the splashing dam.
-//! Making it takes 0.16 µs a particle, an iteration 0.08.
-//!
-//! Neighbour lists are found anew each step; lists with a skin were built and gained nothing
-//! (`docs/decisions/0010-neighbour-lists.md`). Particles are sorted along Morton's curve when their order has
-//! decayed ([`order`]). That made a step of the splashing dam (9,000, 1.46 s after the start in the lattice's
-//! order) 4 to 6 % faster, that of a column near the lattice's order not at all, at 50,000 and at 500,000.
-//! Order matters when it is lost altogether: shuffled, 9,000 particles take 1.09 times as long, 50,000 twice,
-//! and 500,000 took 6.1 µs instead of 1.35 (before their hierarchy was kept).
-//!
-//! Starting the solve from pressures extrapolated in time took 4.4 instead of 6.0 iterations while the column
-//! began to fall smoothly, and 15.0 instead of 13.2 once it had splashed (13.1 with half the extrapolation):
-//! the pressure there is not smooth in time, and nothing is extrapolated.
 
-pub mod accounting;
-pub mod conjugate_gradients;
-pub mod contact;
-pub mod correction;
+pub mod boundaries;
 pub mod error;
-pub mod hierarchy;
 pub mod interface;
-pub mod interface_load;
-pub mod multigrid;
-pub mod neighbourhood;
-pub mod options;
-pub mod order;
+pub mod isph;
+pub mod method;
 pub mod participant;
-pub mod period;
-pub mod position_projection;
-pub mod preconditioner;
-pub mod pressure_operator;
+pub mod particles;
 pub mod probes;
-pub mod rows;
-pub mod shifting;
-pub mod solver;
-pub mod state;
-pub mod surface;
-pub mod surface_offset;
-pub mod taylor;
-pub mod tearing;
-pub mod time_step;
-pub mod velocity_correction;
-pub mod viscosity;
-pub mod wall_motion;
-pub mod walls;
+pub mod properties;
+pub mod report;
 
-pub use accounting::StepReport;
-pub use conjugate_gradients::Outcome;
+pub use boundaries::wall_motion::{Law, Motion};
+pub use boundaries::walls::{Side, SurfacePoint, WallPart, WallShape, Walls};
 pub use error::Error;
 pub use interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
-pub use options::{
+pub use isph::options::{
     Load, Options, Preconditioner, Scheme, ShiftingLaw, StructureVelocity, Tearing, ViscousOperator,
 };
+pub use isph::solver::Isph;
+pub use isph::state::State;
+pub use isph::step::Stage;
+pub use method::Fluid;
+pub use particles::class::SurfaceClass;
 pub use probes::{Probe, ProbeValue};
-pub use solver::{Fluid, FluidProperties};
-pub use state::{State, SurfaceClass};
-pub use time_step::Stage;
-pub use wall_motion::{Law, Motion};
-pub use walls::{Side, SurfacePoint, WallPart, WallShape, Walls};
+pub use properties::FluidProperties;
+pub use report::{Outcome, StepReport};

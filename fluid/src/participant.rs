@@ -7,7 +7,13 @@ mod ledger;
 mod setup;
 mod snapshot;
 
-use crate::{Error, Fluid, InterfaceInput, InterfaceParticles, State};
+use crate::boundaries::walls::Walls;
+use crate::error::Error;
+use crate::interface::{InterfaceInput, InterfaceParticles};
+use crate::isph::solver::Isph;
+use crate::method::Fluid;
+use crate::particles::state::State;
+use crate::probes;
 use interfaces::case::Case;
 use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
 use interfaces::port::names;
@@ -28,8 +34,8 @@ use std::time::Instant;
 /// A setting that cannot be used; a folder that cannot be written.
 pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>, ParticipantError> {
     Ok(match case.general.dimension {
-        2 => Box::new(FluidParticipant::<2>::new(case, out)?),
-        _ => Box::new(FluidParticipant::<3>::new(case, out)?),
+        2 => Box::new(isph::<2>(case, out)?),
+        _ => Box::new(isph::<3>(case, out)?),
     })
 }
 
@@ -51,9 +57,10 @@ const BYTES_A_PARTICLE: f64 = 1.3e3;
 
 fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
     let made = setup::from_case::<D>(case)?;
-    let (particles, walls) = (made.state.len(), made.walls.positions.len());
-    let fluid = build(&made, InterfaceParticles::default())?;
-    let step = fluid.stable_step(&made.state, 0.0, &[]).min(made.max_time_step);
+    let (state, limit) = (made.state.clone(), made.max_time_step);
+    let fluid = alone(made)?;
+    let (particles, walls) = (state.len(), fluid.walls().positions.len());
+    let step = fluid.stable_step(&state, 0.0, &[]).min(limit);
     let windows = case.general.end_time / step;
     let line = |what: &str, value: String| (what.to_owned(), value);
     Ok(vec![
@@ -67,55 +74,68 @@ fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, Part
     ])
 }
 
-fn build<const D: usize>(
-    made: &Made<D>,
-    interface: InterfaceParticles,
-) -> Result<Fluid<D>, ParticipantError> {
-    Fluid::new(made.properties.clone(), made.options.clone(), made.walls.clone(), interface, &made.state)
-        .map_err(failed)
+/// The fluid of a case by ISPH, without a structure yet.
+fn alone<const D: usize>(made: Made<D>) -> Result<Isph<D>, ParticipantError> {
+    let Made { properties, options, walls, state, .. } = made;
+    Isph::new(properties, options, walls, InterfaceParticles::default(), &state).map_err(failed)
+}
+
+fn isph<const D: usize>(case: &Case, out: &Path) -> Result<FluidParticipant<D, Isph<D>>, ParticipantError> {
+    let made = setup::from_case::<D>(case)?;
+    let (state, limit) = (made.state.clone(), made.max_time_step);
+    FluidParticipant::new(alone(made)?, state, limit, case, out)
 }
 
 fn failed(error: impl std::fmt::Display) -> ParticipantError {
     ParticipantError::failed(error.to_string())
 }
 
-struct FluidParticipant<const D: usize> {
+/// A fluid of any method at work.
+struct FluidParticipant<const D: usize, F: Fluid<D>> {
     description: Description,
-    made: Made<D>,
-    fluid: Fluid<D>,
-    accepted: State<D>,
-    trial: State<D>,
+    fluid: F,
+    accepted: State<D, F::Memory>,
+    trial: State<D, F::Memory>,
     accepted_ledger: Ledger,
     trial_ledger: Ledger,
     positions: Vec<Vector<D>>,
     velocities: Vec<Vector<D>>,
     held: Vec<Vector<D>>,
     probes: Vec<Probe>,
+    /// Largest time step that the case allows (s).
+    max_time_step: f64,
     end_of_trial: f64,
     report: Option<WindowReport>,
     snapshots: Snapshots,
+    /// Walls as snapshots show them: at the end of an accepted window, not at the start of a step.
+    shown_walls: Walls<D>,
 }
 
-impl<const D: usize> FluidParticipant<D> {
-    fn new(case: &Case, out: &Path) -> Result<Self, ParticipantError> {
-        let made = setup::from_case::<D>(case)?;
-        let fluid = build(&made, InterfaceParticles::default())?;
+impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
+    fn new(
+        fluid: F,
+        initial: State<D, F::Memory>,
+        max_time_step: f64,
+        case: &Case,
+        out: &Path,
+    ) -> Result<Self, ParticipantError> {
         let probes: Vec<Probe> = case.probes.iter().filter(|p| !p.is_on_structure()).cloned().collect();
         Ok(Self {
-            description: describe::<D>(&probes),
-            accepted: made.state.clone(),
-            trial: made.state.clone(),
+            description: describe::<D>(F::METHOD, &probes),
+            trial: initial.clone(),
+            accepted: initial,
             accepted_ledger: Ledger::default(),
             trial_ledger: Ledger::default(),
             positions: Vec::new(),
             velocities: Vec::new(),
             held: Vec::new(),
             probes,
+            max_time_step,
             end_of_trial: 0.0,
             report: None,
             snapshots: Snapshots::create(out)?,
+            shown_walls: fluid.walls().clone(),
             fluid,
-            made,
         })
     }
 
@@ -131,18 +151,18 @@ impl<const D: usize> FluidParticipant<D> {
         if !matches!(error, Error::Solve { .. }) {
             return failed(error);
         }
-        let residual = self.fluid.solve_residual();
-        match self.snapshots.write_failed_solve(time, &self.accepted, &self.trial, residual) {
+        let fields = self.fluid.failed_solve(&self.trial);
+        match self.snapshots.write_failed_solve(time, &self.accepted, &fields) {
             Ok(path) => failed(format!("{error}; the state and the residual are in {}", path.display())),
             Err(second) => failed(format!("{error}; and the state could not be written: {second}")),
         }
     }
 
-    fn window_limit(&self, state: &State<D>, time: f64) -> f64 {
-        self.fluid.stable_step(state, time, &self.velocities).min(self.made.max_time_step)
+    fn window_limit(&self, state: &State<D, F::Memory>, time: f64) -> f64 {
+        self.fluid.stable_step(state, time, &self.velocities).min(self.max_time_step)
     }
 
-    fn scalars(&self, state: &State<D>, ledger: &Ledger) -> Vec<f64> {
+    fn scalars(&self, state: &State<D, F::Memory>, ledger: &Ledger) -> Vec<f64> {
         let mut scalars = ledger.values();
         if self.probes.is_empty() {
             return scalars;
@@ -151,11 +171,16 @@ impl<const D: usize> FluidParticipant<D> {
             let point = matches!(probe.target, ProbeTarget::FluidPoint(_) | ProbeTarget::WallPoint { .. });
             point && probe.quantity != ProbeQuantity::HydrostaticError
         };
-        let at = self.probes.iter().any(at_points).then(|| self.fluid.probe(state));
+        let at = self
+            .probes
+            .iter()
+            .any(at_points)
+            .then(|| probes::Probe::new(state, self.fluid.smoothing_length()));
         for Probe { target, quantity, .. } in &self.probes {
             match target {
                 ProbeTarget::FluidPoint(level) if *quantity == ProbeQuantity::HydrostaticError => {
-                    scalars.extend(self.fluid.hydrostatic_error(state, &Vector::from_column_slice(level)));
+                    let level = Vector::from_column_slice(level);
+                    scalars.extend(state.hydrostatic_error(self.fluid.properties(), &level));
                 }
                 ProbeTarget::FluidPoint(point) | ProbeTarget::WallPoint { at: point, .. } => {
                     let probe = at.as_ref().expect("there is a probe at a point");
@@ -166,8 +191,9 @@ impl<const D: usize> FluidParticipant<D> {
                     }
                 }
                 ProbeTarget::FluidBox(bounds) => {
-                    let corners = bounds.as_ref().map_or(self.fluid.properties().domain, setup::corners);
-                    let body = self.fluid.body_in(state, corners);
+                    let properties = self.fluid.properties();
+                    let corners = bounds.as_ref().map_or(properties.domain, setup::corners);
+                    let body = state.body_in(properties.spacing, corners);
                     match quantity {
                         ProbeQuantity::Extent => {
                             scalars.extend((0..D).flat_map(|i| [body.low[i], body.high[i]]));
@@ -190,7 +216,7 @@ impl<const D: usize> FluidParticipant<D> {
     }
 
     fn give_load(&self, outputs: &mut Fields) {
-        let given = &self.fluid.output;
+        let given = self.fluid.output();
         for (name, values) in [
             (names::PRESSURE_GRADIENT, &given.pressure_gradients),
             (names::PAIR_REACTION, &given.pair_reactions),
@@ -208,7 +234,7 @@ impl<const D: usize> FluidParticipant<D> {
     }
 }
 
-impl<const D: usize> Participant for FluidParticipant<D> {
+impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
     fn describe(&self) -> &Description {
         &self.description
     }
@@ -225,11 +251,14 @@ impl<const D: usize> Participant for FluidParticipant<D> {
             volumes: inputs.get(names::REFERENCE_VOLUME).unwrap_or_default().to_vec(),
             densities: inputs.get(names::DENSITY).unwrap_or_default().to_vec(),
         };
-        self.fluid = build(&self.made, interface)?;
+        let Self { fluid, accepted, .. } = self;
+        let (properties, options, walls) = (fluid.properties(), fluid.options(), fluid.walls());
+        *fluid = F::new(properties.clone(), options.clone(), walls.clone(), interface, accepted)
+            .map_err(failed)?;
         self.take_motion(inputs);
-        self.accepted_ledger = Ledger::at_start(&self.fluid, &self.accepted);
-        self.made.walls.move_to(start, 1.0);
-        self.snapshots.write_walls(start, &self.made.walls)?;
+        self.accepted_ledger = Ledger::at_start(self.fluid.properties(), &self.accepted);
+        self.shown_walls.move_to(start, 1.0);
+        self.snapshots.write_walls(start, &self.shown_walls)?;
         self.snapshots.write(start, &self.accepted)?;
         let scalars = self.scalars(&self.accepted, &self.accepted_ledger);
         Ok(Readiness { window_limit: self.window_limit(&self.accepted, start), scalars })
@@ -266,9 +295,9 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         self.accepted_ledger = self.trial_ledger.clone();
         if snapshot.is_some() {
             self.snapshots.write(self.end_of_trial, &self.accepted)?;
-            if self.made.walls.moves() {
-                self.made.walls.move_to(self.end_of_trial, 1.0);
-                self.snapshots.write_walls(self.end_of_trial, &self.made.walls)?;
+            if self.shown_walls.moves() {
+                self.shown_walls.move_to(self.end_of_trial, 1.0);
+                self.snapshots.write_walls(self.end_of_trial, &self.shown_walls)?;
             }
         }
         Ok(())
@@ -276,13 +305,13 @@ impl<const D: usize> Participant for FluidParticipant<D> {
 
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
         let mut bytes = self.accepted_ledger.to_bytes();
-        bytes.extend(self.accepted.to_bytes());
+        bytes.extend(F::save(&self.accepted));
         Ok(bytes)
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
         let (ledger, rest) = Ledger::from_bytes(state).ok_or_else(|| failed("the saved state is cut off"))?;
-        self.accepted = State::from_bytes(rest).map_err(failed)?;
+        self.accepted = F::restore(rest).map_err(failed)?;
         self.accepted_ledger = ledger;
         Ok(())
     }
@@ -297,7 +326,7 @@ fn read<const D: usize>(field: Option<&[f64]>, vectors: &mut Vec<Vector<D>>) {
     vectors.extend(field.unwrap_or_default().chunks_exact(D).map(Vector::from_column_slice));
 }
 
-fn describe<const D: usize>(probes: &[Probe]) -> Description {
+fn describe<const D: usize>(method: &str, probes: &[Probe]) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, None, direction);
     let mut scalars: Vec<Scalar> = Ledger::NAMES
         .iter()
@@ -312,7 +341,7 @@ fn describe<const D: usize>(probes: &[Probe]) -> Description {
     }
     Description {
         role: Role::Fluid,
-        solver: "meniscus fluid (ISPH)".to_owned(),
+        solver: format!("meniscus fluid ({method})"),
         dimension: D,
         ports: vec![
             port(names::REFERENCE_VOLUME, Quantity::ReferenceVolume, Direction::In).constant(),
@@ -339,10 +368,12 @@ mod tests {
         let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/hydrostatic_tank");
         let case = Case::load(&case, &[]).expect("the case is sound");
         let out = std::env::temp_dir().join(format!("failed-solve-{}", std::process::id()));
-        let mut participant = FluidParticipant::<2>::new(&case, &out).expect("the fluid can be made");
-        participant.made.options.iteration_limit = 0;
-        participant.fluid =
-            build(&participant.made, InterfaceParticles::default()).expect("the fluid can be made");
+        let mut made = setup::from_case::<2>(&case).expect("the case has a fluid");
+        made.options.iteration_limit = 0;
+        let state = made.state.clone();
+        let fluid = alone(made).expect("the fluid can be made");
+        let mut participant =
+            FluidParticipant::new(fluid, state, 1.0, &case, &out).expect("the fluid can be made");
         let size = participant.window_limit(&participant.accepted, 0.0);
         let error = participant
             .fluid

@@ -1,15 +1,17 @@
-//! Values at points, and forces on walls.
+//! What is read off a state: values at points, the fluid in a box, its departure from rest.
 
-use crate::neighbourhood::Neighbourhood;
-use crate::solver::Fluid;
-use crate::state::{State, SurfaceClass};
+use crate::particles::class::SurfaceClass;
+use crate::particles::state::State;
+use crate::properties::FluidProperties;
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::{Matrix, Vector, tensor};
 
 /// Interpolation of a state's fields at any points.
 pub struct Probe<'a, const D: usize> {
-    state: &'a State<D>,
+    positions: &'a [Vector<D>],
+    velocities: &'a [Vector<D>],
+    pressures: &'a [f64],
     kernel: CubicSpline<D>,
     grid: CellGrid<D>,
 }
@@ -39,16 +41,16 @@ pub struct Body<const D: usize> {
     pub spread: Vector<D>,
 }
 
-impl<const D: usize> Fluid<D> {
-    /// The fluid between two corners (m), particles that fly alone left out.
-    pub fn body_in(&self, state: &State<D>, (low, high): (Vector<D>, Vector<D>)) -> Body<D> {
-        let half = 0.5 * self.properties.spacing;
+impl<const D: usize, M> State<D, M> {
+    /// The fluid between two corners (m), particles `spacing` (m) apart, those that fly alone left out.
+    pub fn body_in(&self, spacing: f64, (low, high): (Vector<D>, Vector<D>)) -> Body<D> {
+        let half = 0.5 * spacing;
         let mut body = Body { low: high, high: low, centroid: Vector::zeros(), spread: Vector::zeros() };
         let inside = |r: &Vector<D>| (0..D).all(|i| r[i] >= low[i] && r[i] <= high[i]);
         let members = || {
-            let together = state.classes.iter().map(|class| *class != SurfaceClass::Splash);
+            let together = self.classes.iter().map(|class| *class != SurfaceClass::Splash);
             let members =
-                state.positions.iter().zip(together).filter(move |(r, together)| *together && inside(r));
+                self.positions.iter().zip(together).filter(move |(r, together)| *together && inside(r));
             members.map(|(r, _)| r)
         };
         let mut count = 0.0;
@@ -72,11 +74,11 @@ impl<const D: usize> Fluid<D> {
     /// Departure of the pressure from `ρ g·(r − level)`, over the greatest of it: its largest magnitude and
     /// its root mean square, of all particles deeper than one spacing below the point `level` (m). Zero
     /// without any.
-    pub fn hydrostatic_error(&self, state: &State<D>, level: &Vector<D>) -> [f64; 2] {
-        let weight = self.properties.gravity * self.properties.density;
-        let first_layer = weight.norm() * self.properties.spacing;
+    pub fn hydrostatic_error(&self, properties: &FluidProperties<D>, level: &Vector<D>) -> [f64; 2] {
+        let weight = properties.gravity * properties.density;
+        let first_layer = weight.norm() * properties.spacing;
         let (mut largest, mut square, mut count, mut deepest) = (0.0f64, 0.0, 0.0, 0.0f64);
-        for (r, p) in state.positions.iter().zip(&state.pressures) {
+        for (r, p) in self.positions.iter().zip(&self.pressures) {
             let hydrostatic = weight.dot(&(r - level));
             if hydrostatic > first_layer {
                 largest = largest.max((p - hydrostatic).abs());
@@ -87,31 +89,21 @@ impl<const D: usize> Fluid<D> {
         }
         if count == 0.0 { [0.0; 2] } else { [largest / deepest, f64::sqrt(square / count) / deepest] }
     }
-
-    /// Bins a state's particles for probing.
-    pub fn probe<'a>(&self, state: &'a State<D>) -> Probe<'a, D> {
-        Probe { state, kernel: self.kernel, grid: CellGrid::new(&state.positions, self.kernel.support()) }
-    }
-
-    /// Force (N) of the fluid on a named part of the walls in the last step: pressure, contact and friction,
-    /// and its part of what no pair explains ([`WallForces::lay`](crate::interface_load::WallForces::lay)).
-    pub fn wall_force(&self, name: &str) -> Option<Vector<D>> {
-        self.walls
-            .part(name)
-            .map(|part| self.scratch.wall_forces.forces.get(part).copied().unwrap_or_else(Vector::zeros))
-    }
-
-    /// Lists and sums of the last step, on the positions it started from.
-    pub fn neighbourhood(&self) -> &Neighbourhood<D> {
-        &self.scratch.neighbourhood
-    }
 }
 
-impl<const D: usize> Probe<'_, D> {
+impl<'a, const D: usize> Probe<'a, D> {
+    /// Bins a state's particles for probing with the kernel of a smoothing length (m).
+    pub fn new<M>(state: &'a State<D, M>, smoothing_length: f64) -> Self {
+        let kernel = CubicSpline::new(smoothing_length);
+        let grid = CellGrid::new(&state.positions, kernel.support());
+        let State { positions, velocities, pressures, .. } = state;
+        Self { positions, velocities, pressures, kernel, grid }
+    }
+
     /// Weighted least squares of a linear field, `Σ W (f_b − f(r))² → min`; the mean where neighbours do not
     /// span the space.
     pub fn at(&self, point: &Vector<D>) -> ProbeValue<D> {
-        let positions = &self.state.positions;
+        let positions = self.positions;
         let (mut weight, mut lean) = (0.0, Vector::<D>::zeros());
         let mut spread = Matrix::<D>::zeros();
         self.grid.for_each_near(point, positions, |b| {
@@ -140,8 +132,8 @@ impl<const D: usize> Probe<'_, D> {
             let b = b as usize;
             let r = positions[b] - point;
             let w = self.kernel.value(r.norm()) * (1.0 - slope.dot(&r)) / scale;
-            pressure += self.state.pressures[b] * w;
-            velocity += self.state.velocities[b] * w;
+            pressure += self.pressures[b] * w;
+            velocity += self.velocities[b] * w;
         });
         ProbeValue { pressure, velocity, wet: true }
     }

@@ -1,6 +1,6 @@
 //! A column of water 1 × 2 in a tank 4 wide: what the step is measured on.
 
-use fluid::{Fluid, FluidProperties, InterfaceParticles, Options, State, WallPart, WallShape, Walls};
+use fluid::{Fluid, FluidProperties, InterfaceParticles, Isph, Options, State, WallPart, WallShape, Walls};
 use sph::Vector;
 use sph::lattice::Lattice;
 
@@ -10,7 +10,7 @@ fn wall(name: &str, low: [f64; 2], high: [f64; 2]) -> WallPart<2> {
 }
 
 /// The column at rest, `cells` particles across, and its solver.
-pub fn column(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
+pub fn column(cells: usize, tolerance: f64) -> (Isph<2>, State<2>) {
     let dx = 1.0 / cells as f64;
     let t = 4.0 * dx;
     let parts = vec![
@@ -32,7 +32,7 @@ pub fn column(cells: usize, tolerance: f64) -> (Fluid<2>, State<2>) {
     let state = State::new(lattice.positions, vec![Vector::zeros(); count]);
     let walls = Walls::new(parts, dx, 2.4 * dx).expect("boxes are boxes");
     let options = Options { pressure_tolerance: tolerance, ..Options::default() };
-    let fluid = Fluid::new(properties, options, walls, InterfaceParticles::default(), &state)
-        .expect("sound settings");
+    let fluid =
+        Isph::new(properties, options, walls, InterfaceParticles::default(), &state).expect("sound settings");
     (fluid, state)
 }

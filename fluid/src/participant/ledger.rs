@@ -1,7 +1,9 @@
 //! Balances of the fluid since the start: works and impulses summed over the accepted steps, and the state's
 //! own figures.
 
-use crate::{Fluid, State, StepReport};
+use crate::particles::state::State;
+use crate::properties::FluidProperties;
+use crate::report::StepReport;
 use sph::Vector;
 
 /// Figures of an accepted state, in the order of [`Ledger::NAMES`].
@@ -56,10 +58,9 @@ impl Ledger {
     ];
 
     /// The figures of the initial state.
-    pub fn at_start<const D: usize>(fluid: &Fluid<D>, state: &State<D>) -> Self {
+    pub fn at_start<const D: usize, M>(properties: &FluidProperties<D>, state: &State<D, M>) -> Self {
         let mut ledger = Self::default();
-        let mass = fluid.particle_mass();
-        let gravity = fluid.properties().gravity;
+        let (mass, gravity) = (properties.particle_mass(), properties.gravity);
         let f = &mut ledger.figures;
         f[at::KINETIC] = state.velocities.iter().map(|u| 0.5 * mass * u.norm_squared()).sum();
         f[at::POTENTIAL] = state.positions.iter().map(|r| -mass * gravity.dot(r)).sum();
@@ -69,7 +70,7 @@ impl Ledger {
     }
 
     /// The figures after one more step, which led to `state`.
-    pub fn after<const D: usize>(&self, step: &StepReport<D>, state: &State<D>) -> Self {
+    pub fn after<const D: usize, M>(&self, step: &StepReport<D>, state: &State<D, M>) -> Self {
         let mut next = self.clone();
         let f = &mut next.figures;
         f[at::KINETIC] = step.kinetic_energy;

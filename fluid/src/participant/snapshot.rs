@@ -1,7 +1,8 @@
 //! Snapshots of the fluid: velocity, pressure, class by surroundings.
 
 use super::failed;
-use crate::{State, Walls};
+use crate::boundaries::walls::Walls;
+use crate::particles::state::State;
 use interfaces::ParticipantError;
 use output::{ParticleFrame, PointArray, Series, Values};
 use sph::Vector;
@@ -45,7 +46,11 @@ impl Snapshots {
 
     /// Writes the next snapshot, at `time` (s): particles in the order of their numbers, whatever that of the
     /// state is.
-    pub fn write<const D: usize>(&mut self, time: f64, state: &State<D>) -> Result<(), ParticipantError> {
+    pub fn write<const D: usize, M>(
+        &mut self,
+        time: f64,
+        state: &State<D, M>,
+    ) -> Result<(), ParticipantError> {
         let order = state.by_id();
         let (positions, velocities) = (flat(&order, &state.positions), flat(&order, &state.velocities));
         let pressures = arranged(&order, |a| state.pressures[a]);
@@ -63,32 +68,26 @@ impl Snapshots {
     }
 
     /// Writes what a failed solve stood on as the series `failed_solve` and gives the file: positions,
-    /// velocities and pressures of `accepted`, the unknowns where the solve `stopped`, and its residual,
-    /// which are in the order of `accepted`. Arrays that are too short are filled with zeros.
-    pub fn write_failed_solve<const D: usize>(
+    /// velocities and pressures of `accepted`, and the method's `fields`, which are in the order of
+    /// `accepted`. Fields that are too short are filled with zeros.
+    pub fn write_failed_solve<const D: usize, M>(
         &self,
         time: f64,
-        accepted: &State<D>,
-        stopped: &State<D>,
-        residual: &[f64],
+        accepted: &State<D, M>,
+        fields: &[(&'static str, &[f64])],
     ) -> Result<PathBuf, ParticipantError> {
         let order = accepted.by_id();
         let or_zero = |values: &[f64]| arranged(&order, |a| values.get(a).copied().unwrap_or(0.0));
         let (positions, velocities) = (flat(&order, &accepted.positions), flat(&order, &accepted.velocities));
         let classes = arranged(&order, |a| accepted.classes[a] as u8);
         let ids = arranged(&order, |a| accepted.ids[a] as i32);
-        let accepted_pressures = or_zero(&accepted.pressures);
-        let (pressures, potentials) = (or_zero(&stopped.pressures), or_zero(&stopped.position_potentials));
-        let residual = or_zero(residual);
-        let arrays = [
-            PointArray::vector("velocity", D, &velocities),
-            PointArray::scalar("pressure", &accepted_pressures),
-            PointArray::scalar("pressure_where_stopped", &pressures),
-            PointArray::scalar("position_potential_where_stopped", &potentials),
-            PointArray::scalar("residual", &residual),
-            PointArray::class("surface_class", &classes),
-            PointArray { name: "id", components: 1, values: Values::I32(&ids) },
-        ];
+        let pressures = or_zero(&accepted.pressures);
+        let fields: Vec<_> = fields.iter().map(|(name, values)| (*name, or_zero(values))).collect();
+        let mut arrays =
+            vec![PointArray::vector("velocity", D, &velocities), PointArray::scalar("pressure", &pressures)];
+        arrays.extend(fields.iter().map(|(name, values)| PointArray::scalar(name, values)));
+        arrays.push(PointArray::class("surface_class", &classes));
+        arrays.push(PointArray { name: "id", components: 1, values: Values::I32(&ids) });
         let frame = ParticleFrame { time, dimension: D, positions: &positions, arrays: &arrays };
         Series::create(&self.out, "failed_solve").and_then(|mut series| series.write(&frame)).map_err(failed)
     }

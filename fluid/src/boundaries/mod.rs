@@ -1,0 +1,6 @@
+//! What bounds any fluid: walls and how they move, sides through which space repeats, contact.
+
+pub mod contact;
+pub mod period;
+pub mod wall_motion;
+pub mod walls;

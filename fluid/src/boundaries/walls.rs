@@ -1,0 +1,330 @@
+//! Walls: solid boxes and polylines, filled with particles as deep as a kernel reaches.
+
+use crate::boundaries::wall_motion::{Motion, Pose};
+use crate::error::Error;
+use sph::Vector;
+use sph::lattice::Lattice;
+use sph::neighbours::CellGrid;
+
+/// Which side of a polyline is solid, seen along its direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The left one.
+    Left,
+    /// The right one.
+    Right,
+}
+
+/// Shape of a wall.
+#[derive(Clone, Debug, PartialEq)]
+pub enum WallShape<const D: usize> {
+    /// A solid box between two corners (m), its edges along the axes.
+    Box {
+        /// Lowest coordinates.
+        low: Vector<D>,
+        /// Highest coordinates.
+        high: Vector<D>,
+    },
+    /// Straight pieces from point to point (m), solid on one side (two dimensions only); closed when the last
+    /// point is the first.
+    Polyline {
+        /// The points.
+        points: Vec<Vector<D>>,
+        /// Where the solid is.
+        solid: Side,
+    },
+}
+
+/// A named wall.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WallPart<const D: usize> {
+    /// Name, for forces and messages.
+    pub name: String,
+    /// Shape.
+    pub shape: WallShape<D>,
+    /// Velocity of the surface (m/s) along itself: the wall slides, its shape stays where it is.
+    pub velocity: Vector<D>,
+    /// How the wall moves; none for one that stays where it is.
+    pub motion: Option<Motion<D>>,
+}
+
+/// All walls, as particles and as shapes.
+#[derive(Clone, Debug)]
+pub struct Walls<const D: usize> {
+    /// The parts.
+    pub parts: Vec<WallPart<D>>,
+    /// Particle positions (m), at the time of [`Walls::move_to`].
+    pub positions: Vec<Vector<D>>,
+    /// Particle velocities (m/s), surfaces that slide along themselves included; the mean of the step of
+    /// [`Walls::move_to`].
+    pub velocities: Vec<Vector<D>>,
+    /// Particle volumes (m³).
+    pub volumes: Vec<f64>,
+    /// Depth of each particle under its part's surface (m).
+    pub depths: Vec<f64>,
+    /// Part of each particle.
+    pub part_of: Vec<u32>,
+    /// Particles binned.
+    pub grid: CellGrid<D>,
+    /// Positions (m) where the motions begin.
+    rest: Vec<Vector<D>>,
+    /// Of the parts that move, where the motion has brought each at the start and the end of the step.
+    poses: Vec<Option<[Pose<D>; 2]>>,
+    /// Length (s) of the step.
+    dt: f64,
+}
+
+/// A point on a surface: signed distance to it (m, negative inside the solid) and the direction away from the
+/// solid.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint<const D: usize> {
+    /// Distance (m).
+    pub distance: f64,
+    /// Unit normal, out of the solid.
+    pub normal: Vector<D>,
+}
+
+impl<const D: usize> Walls<D> {
+    /// Fills the parts with particles about `spacing` (m) apart, as deep as `support` (m). Where parts
+    /// overlap, the earlier one fills.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for a box turned inside out, a polyline of fewer than two distinct points or one in
+    /// three dimensions.
+    pub fn new(parts: Vec<WallPart<D>>, spacing: f64, support: f64) -> Result<Self, Error> {
+        let (mut positions, mut volumes, mut part_of) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, part) in parts.iter().enumerate() {
+            let mut add = |point: Vector<D>, volume: f64| {
+                let taken = parts[..index].iter().any(|earlier| {
+                    let d = earlier.shape.surface_point(&point).distance;
+                    d < 0.0 && d > -support - spacing
+                });
+                if !taken {
+                    positions.push(point);
+                    volumes.push(volume);
+                    part_of.push(index as u32);
+                }
+            };
+            match &part.shape {
+                WallShape::Box { low, high } => {
+                    if (0..D).any(|i| high[i].partial_cmp(&low[i]) != Some(std::cmp::Ordering::Greater)) {
+                        return Err(Error::Setting {
+                            key: "walls.box",
+                            value: format!("{low:?} to {high:?} ({})", part.name),
+                            remedy: "its second corner must lie above the first along every axis",
+                        });
+                    }
+                    let lattice = Lattice::fill_box(*low, *high, spacing);
+                    let volume = lattice.cell_volume();
+                    for p in lattice.positions {
+                        if part.shape.surface_point(&p).distance > -support - 0.5 * spacing {
+                            add(p, volume);
+                        }
+                    }
+                }
+                WallShape::Polyline { points, solid } => {
+                    let degenerate = points.windows(2).any(|w| w[0] == w[1]);
+                    if D != 2 || points.len() < 2 || degenerate {
+                        return Err(Error::Setting {
+                            key: "walls.polyline",
+                            value: format!("{} points ({})", points.len(), part.name),
+                            remedy: "give at least two points, each different from the one before, in two dimensions",
+                        });
+                    }
+                    fill_polyline(points, *solid, spacing, support, &mut add);
+                }
+            }
+        }
+        let grid = CellGrid::new(&positions, support);
+        let velocities = part_of.iter().map(|&part: &u32| parts[part as usize].velocity).collect();
+        let depth = |(w, part): (&Vector<D>, &u32)| -parts[*part as usize].shape.surface_point(w).distance;
+        let depths = positions.iter().zip(&part_of).map(depth).collect();
+        let (rest, poses) = (positions.clone(), vec![None; parts.len()]);
+        let mut walls =
+            Self { parts, positions, velocities, volumes, depths, part_of, grid, rest, poses, dt: 1.0 };
+        walls.move_to(0.0, 1.0);
+        Ok(walls)
+    }
+
+    /// Whether any part moves.
+    pub fn moves(&self) -> bool {
+        self.parts.iter().any(|part| part.motion.is_some())
+    }
+
+    /// Brings the walls to where they are at `time` (s); velocities are means over the `dt` (s) that follow.
+    pub fn move_to(&mut self, time: f64, dt: f64) {
+        if !self.moves() {
+            return;
+        }
+        self.dt = dt;
+        for (pose, part) in self.poses.iter_mut().zip(&self.parts) {
+            *pose = part.motion.as_ref().map(|motion| [motion.pose(time), motion.pose(time + dt)]);
+        }
+        for (w, rest) in self.rest.iter().enumerate() {
+            let part = self.part_of[w] as usize;
+            if let Some([start, end]) = &self.poses[part] {
+                self.positions[w] = start.moved(rest);
+                let slides = start.turned(&self.parts[part].velocity);
+                self.velocities[w] = slides + (end.moved(rest) - self.positions[w]) / dt;
+            }
+        }
+        self.grid = CellGrid::new(&self.positions, self.grid.radius());
+    }
+
+    /// The longest step (s), `dt` at most, from `time` (s) in which no particle of a wall that moves goes
+    /// farther than `reach` (m) from where it was.
+    pub fn longest_step(&self, time: f64, mut dt: f64, reach: f64) -> f64 {
+        if !self.moves() {
+            return dt;
+        }
+        // A law may turn back within the step: its quarters are looked at too. Each round takes a tenth at
+        // least; laws are continuous.
+        for _ in 0..100 {
+            let gone =
+                (1..=4).map(|k| self.farthest(time, time + 0.25 * f64::from(k) * dt)).fold(0.0, f64::max);
+            if gone <= reach {
+                break;
+            }
+            dt *= 0.9 * (reach / gone).max(0.5);
+        }
+        dt
+    }
+
+    /// Largest distance (m) that a wall particle moves from one time (s) to another.
+    fn farthest(&self, from: f64, to: f64) -> f64 {
+        let motions = self.parts.iter().map(|part| part.motion.as_ref());
+        let poses: Vec<_> = motions.map(|m| m.map(|m| [m.pose(from), m.pose(to)])).collect();
+        let moved = self.rest.iter().zip(&self.part_of).filter_map(|(rest, &part)| {
+            let [start, end] = poses[part as usize].as_ref()?;
+            Some((end.moved(rest) - start.moved(rest)).norm())
+        });
+        moved.fold(0.0, f64::max)
+    }
+
+    /// The nearest point of a part's surface to `point` (m) at the start of the step, or at its end.
+    pub fn surface_point(&self, part: usize, point: &Vector<D>, at_end: bool) -> SurfacePoint<D> {
+        let shape = &self.parts[part].shape;
+        match &self.poses[part] {
+            None => shape.surface_point(point),
+            Some(poses) => {
+                let pose = &poses[usize::from(at_end)];
+                let nearest = shape.surface_point(&pose.at_rest(point));
+                SurfacePoint { distance: nearest.distance, normal: pose.turned(&nearest.normal) }
+            }
+        }
+    }
+
+    /// Mean velocity (m/s) over the step of the point of a part that is at `point` (m); sliding along itself
+    /// does not count.
+    pub fn motion_at(&self, part: usize, point: &Vector<D>) -> Vector<D> {
+        match &self.poses[part] {
+            None => Vector::zeros(),
+            Some([start, end]) => (end.moved(&start.at_rest(point)) - point) / self.dt,
+        }
+    }
+
+    /// The part with a name.
+    pub fn part(&self, name: &str) -> Option<usize> {
+        self.parts.iter().position(|part| part.name == name)
+    }
+}
+
+impl<const D: usize> WallShape<D> {
+    /// The nearest point of the shape's surface to `point` (m).
+    pub fn surface_point(&self, point: &Vector<D>) -> SurfacePoint<D> {
+        match self {
+            Self::Box { low, high } => {
+                let nearest = Vector::from_fn(|i, _| point[i].clamp(low[i], high[i]));
+                let offset = point - nearest;
+                let distance = offset.norm();
+                if distance > 0.0 {
+                    return SurfacePoint { distance, normal: offset / distance };
+                }
+                let mut best = SurfacePoint { distance: f64::NEG_INFINITY, normal: Vector::zeros() };
+                for axis in 0..D {
+                    for (depth, sign) in [(point[axis] - low[axis], -1.0), (high[axis] - point[axis], 1.0)] {
+                        if -depth > best.distance {
+                            best.distance = -depth;
+                            best.normal = Vector::from_fn(|i, _| if i == axis { sign } else { 0.0 });
+                        }
+                    }
+                }
+                best
+            }
+            Self::Polyline { points, solid } => {
+                // At a corner two pieces are equally near; the one that the point stands more squarely before
+                // has the right sign.
+                let mut best = (f64::INFINITY, 0.0, Vector::zeros());
+                for piece in points.windows(2) {
+                    let along = piece[1] - piece[0];
+                    let s = ((point - piece[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+                    let offset = point - (piece[0] + along * s);
+                    let out = fluid_side(&along, *solid);
+                    let (distance, square) = (offset.norm(), offset.dot(&out));
+                    let tie = (distance - best.0).abs() <= 1e-12 * along.norm();
+                    if (tie && square.abs() > f64::abs(best.1)) || (!tie && distance < best.0) {
+                        best = (distance, square, if distance > 0.0 { offset / distance } else { out });
+                    }
+                }
+                let (distance, square, direction) = best;
+                if square < 0.0 {
+                    SurfacePoint { distance: -distance, normal: -direction }
+                } else {
+                    SurfacePoint { distance, normal: direction }
+                }
+            }
+        }
+    }
+}
+
+/// Unit normal of a piece, out of the solid.
+fn fluid_side<const D: usize>(along: &Vector<D>, solid: Side) -> Vector<D> {
+    let right = Vector::from_fn(|i, _| if i == 0 { along[1] } else { -along[0] }) / along.norm();
+    match solid {
+        Side::Left => right,
+        Side::Right => -right,
+    }
+}
+
+/// Rows of particles behind each piece, lengthened or shortened at the corners so that they meet on the
+/// mitre.
+fn fill_polyline<const D: usize>(
+    points: &[Vector<D>],
+    solid: Side,
+    spacing: f64,
+    support: f64,
+    add: &mut impl FnMut(Vector<D>, f64),
+) {
+    let pieces: Vec<[Vector<D>; 2]> = points.windows(2).map(|w| [w[0], w[1]]).collect();
+    let closed = points.first() == points.last();
+    let rows = (support / spacing).ceil() as usize;
+    // Half the turn at the corner from one piece to the next, positive to the left.
+    let half_turn = |from: &[Vector<D>; 2], to: &[Vector<D>; 2]| {
+        let (a, b) = (from[1] - from[0], to[1] - to[0]);
+        0.5 * (a[0] * b[1] - a[1] * b[0]).atan2(a.dot(&b))
+    };
+    let sign = if solid == Side::Left { -1.0 } else { 1.0 };
+    for (k, piece) in pieces.iter().enumerate() {
+        let previous = if k > 0 { Some(&pieces[k - 1]) } else { pieces.last().filter(|_| closed) };
+        let next = pieces.get(k + 1).or_else(|| pieces.first().filter(|_| closed));
+        let length = (piece[1] - piece[0]).norm();
+        let direction = (piece[1] - piece[0]) / length;
+        let out = fluid_side(&direction, solid);
+        for row in 0..rows {
+            let depth = (row as f64 + 0.5) * spacing;
+            // Rows behind the outside of a turn are longer than the piece, behind its inside shorter.
+            let stretch = |turn: f64| sign * depth * turn.tan();
+            let from = -previous.map_or(0.0, |p| stretch(half_turn(p, piece)));
+            let to = length + next.map_or(0.0, |n| stretch(half_turn(piece, n)));
+            if to <= from {
+                continue;
+            }
+            let count = ((to - from) / spacing).round().max(1.0) as usize;
+            let cell = (to - from) / count as f64;
+            for i in 0..count {
+                let along = from + (i as f64 + 0.5) * cell;
+                add(piece[0] + direction * along - out * depth, cell * spacing);
+            }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! The velocity without pressure.
+
+use crate::interface::InterfaceInput;
+use crate::isph::interface_load;
+use crate::isph::options::Tearing;
+use crate::isph::pressure::pressure_operator;
+use crate::isph::solver::Isph;
+use crate::isph::state::State;
+use crate::isph::step::scratch::ROWS;
+use crate::isph::surface::tearing;
+use crate::isph::viscosity::{self, ViscousInput};
+use crate::report::StepReport;
+use rayon::prelude::*;
+use sph::{Vector, parallel};
+
+impl<const D: usize> Isph<D> {
+    /// `u* = u + Δt (g + viscosity)`, Eq. (12); the structure's with the held load taken back.
+    pub(super) fn predict(
+        &mut self,
+        accepted: &State<D>,
+        dt: f64,
+        structure: &InterfaceInput<'_, D>,
+        report: &mut StepReport<D>,
+    ) {
+        let approach_viscosity = self.approach_viscosity();
+        let s = &mut self.scratch;
+        let input = ViscousInput {
+            neighbourhood: &s.neighbourhood,
+            corrections: &s.corrections,
+            positions: &accepted.positions,
+            velocities: &accepted.velocities,
+            kinematic_viscosity: self.properties.kinematic_viscosity,
+            smoothing_length: self.kernel.smoothing_length(),
+            approach_viscosity,
+        };
+        viscosity::accelerations(&input, &self.options, &mut s.viscosities, &mut s.viscous);
+        s.contact_impulses.clear();
+        s.contact_impulses.resize(self.interface.volumes.len(), Vector::zeros());
+        s.wall_forces.clear(self.walls.parts.len());
+        let mass = self.properties.density * self.properties.particle_volume;
+        interface_load::boundary_friction(
+            &s.neighbourhood,
+            &self.options,
+            self.properties.kinematic_viscosity,
+            accepted,
+            (&self.walls, structure),
+            &mut s.viscous,
+            |body, acceleration| match body {
+                interface_load::Body::Structure(i) => s.contact_impulses[i] += acceleration * (mass * dt),
+                interface_load::Body::Wall(part) => s.wall_forces.forces[part] -= acceleration * mass,
+            },
+        );
+        let gravity = self.properties.gravity;
+        s.predicted.resize(accepted.len(), Vector::zeros());
+        s.predicted
+            .par_iter_mut()
+            .with_min_len(ROWS)
+            .zip(&accepted.velocities)
+            .zip(&s.viscous)
+            .for_each(|((predicted, u), viscous)| *predicted = u + (viscous + gravity) * dt);
+        report.viscous_work = mass
+            * parallel::sum(accepted.len(), |a| {
+                let kick = s.viscous[a] * dt;
+                kick.dot(&(accepted.velocities[a] + kick * 0.5))
+            });
+        s.predicted_structure.clear();
+        s.predicted_structure.extend_from_slice(structure.velocities);
+        if !self.compliance.is_empty() {
+            for ((u, held), c) in
+                s.predicted_structure.iter_mut().zip(structure.held_pressure_gradients).zip(&self.compliance)
+            {
+                *u += held * (dt * c);
+            }
+        }
+        let (walls, list) = (&self.walls, &s.neighbourhood.walls);
+        s.wall_rate.clear();
+        if walls.velocities.iter().any(|u| *u != Vector::<D>::zeros()) {
+            s.wall_rate.extend((0..accepted.len()).map(|a| {
+                let gradients = &s.neighbourhood.wall_gradients[list.range(a)];
+                let speed = |w: u32| walls.velocities[w as usize];
+                list.of(a).iter().zip(gradients).map(|(&w, g)| 2.0 * g.dot(&speed(w))).sum::<f64>()
+            }));
+        }
+    }
+
+    /// Settles which pressures are known, and tells the preconditioner.
+    pub(super) fn find_known(&mut self, accepted: &State<D>) {
+        let s = &mut self.scratch;
+        s.torn.clear();
+        if self.options.tearing != Tearing::Off {
+            let (own, structure) = (&s.terms.own, &s.predicted_structure);
+            let parting = &mut s.parting;
+            pressure_operator::divergence(
+                &s.neighbourhood,
+                own,
+                &s.predicted,
+                &s.wall_rate,
+                structure,
+                parting,
+            );
+            let limit = -tearing::LIMIT * self.properties.density * self.reference_velocity.powi(2);
+            let law = (self.options.tearing, limit);
+            tearing::find(law, parting, &s.neighbourhood, accepted, &mut s.surface, &mut s.torn);
+        }
+        s.preconditioner.fit(&s.surface.free, &s.diagonal, 1.0 / self.properties.density);
+    }
+}

@@ -1,0 +1,158 @@
+//! From pressure to velocity, and the loads that go with it.
+
+use crate::interface::InterfaceInput;
+use crate::isph::interface_load;
+use crate::isph::options::{Load, Scheme};
+use crate::isph::pressure::pressure_operator;
+use crate::isph::pressure::velocity_correction;
+use crate::isph::solver::Isph;
+use crate::isph::state::State;
+use crate::isph::step::scratch::ROWS;
+use crate::report::StepReport;
+use rayon::prelude::*;
+use sph::{Vector, parallel};
+
+impl<const D: usize> Isph<D> {
+    /// `u = u* + Δt a(p)`, Eq. (18): the symmetric gradient, and of the corrected one what does not raise the
+    /// energy.
+    pub(super) fn correct_velocity(
+        &mut self,
+        dt: f64,
+        structure: &InterfaceInput<'_, D>,
+        trial: &mut State<D>,
+        report: &mut StepReport<D>,
+    ) {
+        let s = &mut self.scratch;
+        let inverse_density = 1.0 / self.properties.density;
+        let mass = self.properties.density * self.properties.particle_volume;
+        let p = &trial.pressures;
+        let paper = self.options.scheme == Scheme::Paper;
+        pressure_operator::fluid_accelerations(
+            &s.neighbourhood,
+            &s.terms.own,
+            inverse_density,
+            p,
+            &mut s.operator.fluid,
+        );
+        pressure_operator::structure_gradients(&s.neighbourhood, p, &mut s.structure_gradients);
+
+        let velocities = &mut trial.velocities;
+        let with_pressure =
+            velocities.par_iter_mut().zip(&s.predicted).zip(&s.operator.fluid).with_min_len(ROWS);
+        with_pressure.for_each(|((u, predicted), a)| *u = predicted + a * dt);
+        // Work of moving boundaries, by the transpose: what the projection itself may have given the fluid.
+        let compliance = &self.compliance;
+        report.structure_work = dt
+            * (0..structure.positions.len())
+                .map(|i| {
+                    let g = s.structure_gradients[i];
+                    let yielding = compliance.get(i).map_or(Vector::zeros(), |c| g * (0.5 * dt * c));
+                    self.interface.volumes[i] * g.dot(&(s.predicted_structure[i] - yielding))
+                })
+                .sum::<f64>();
+        let volume = self.properties.particle_volume;
+        report.wall_work = -dt * volume * s.wall_rate.iter().zip(p).map(|(rate, p)| rate * p).sum::<f64>();
+
+        s.confidence.clear();
+        if self.options.corrected_gradient {
+            velocity_correction::corrected_accelerations(
+                &s.neighbourhood,
+                &s.corrections,
+                inverse_density,
+                &self.properties.gravity,
+                p,
+                &mut s.differences,
+            );
+            if paper {
+                s.confidence.resize(p.len(), 1.0);
+            } else {
+                velocity_correction::confidence(&s.neighbourhood, &s.corrections, &mut s.confidence);
+                velocity_correction::none_beside_moving_walls(
+                    &s.neighbourhood,
+                    &self.walls,
+                    &mut s.confidence,
+                );
+            }
+            let differences = s.differences.par_iter_mut().zip(&s.operator.fluid).zip(&s.confidence);
+            differences.with_min_len(ROWS).for_each(|((d, a), phi)| *d = (*d - a) * (phi * dt));
+            let taken =
+                mass * parallel::sum(p.len(), |a| {
+                    0.5 * (s.predicted[a].norm_squared() - velocities[a].norm_squared())
+                }) + report.structure_work
+                    + report.wall_work;
+            let kinetic = 0.5 * mass * parallel::sum(p.len(), |a| velocities[a].norm_squared());
+            let scale = mass * p.len() as f64 * self.reference_velocity.powi(2);
+            let strictness = velocity_correction::strictness(trial.memory.energy_excess, kinetic, scale);
+            let fall = self.properties.gravity * (0.5 * dt * strictness);
+            let lifted = mass * parallel::sum(p.len(), |a| fall.dot(&(velocities[a] - s.predicted[a])));
+            let returned = report.viscous_work + velocity_correction::RETURNED * trial.memory.energy_excess;
+            let budget = taken + lifted - strictness * returned;
+            report.gradient_share = if paper {
+                1.0
+            } else {
+                velocity_correction::admissible_share(mass, velocities, &s.differences, &fall, budget)
+            };
+            let theta = report.gradient_share;
+            let corrected = velocities.par_iter_mut().zip(&s.differences).with_min_len(ROWS);
+            corrected.for_each(|(u, d)| *u += d * theta);
+            s.confidence.iter_mut().for_each(|phi| *phi *= theta);
+        } else {
+            s.confidence.resize(p.len(), 0.0);
+        }
+        let changes = trial.memory.pressure_accelerations.par_iter_mut().zip(&*velocities).zip(&s.predicted);
+        changes.with_min_len(ROWS).for_each(|((a, u), predicted)| *a = (u - predicted) / dt);
+    }
+
+    /// All that the boundaries get: the load on the structure, what the fluid got from it by the formula that
+    /// moved the fluid, friction and contact included, and the forces on walls.
+    ///
+    /// All loads are of the pressures that the projection found, where the neighbour lists stand: those of
+    /// Eq. (32) belong to places to which the particles have been shifted.
+    pub(super) fn load_boundaries(
+        &mut self,
+        accepted: &State<D>,
+        dt: f64,
+        structure: &InterfaceInput<'_, D>,
+        trial: &State<D>,
+    ) {
+        let s = &mut self.scratch;
+        let p = &trial.pressures;
+        interface_load::pair_reactions(
+            &s.neighbourhood,
+            &s.corrections,
+            &s.confidence,
+            &self.properties,
+            (&accepted.positions, structure.positions),
+            p,
+            &mut self.output.pair_reactions,
+        );
+        interface_load::pressures(&s.neighbourhood, p, &mut self.output.pressures);
+        s.wall_forces.add_pressures(
+            (&s.neighbourhood, &s.corrections),
+            &self.walls,
+            &self.properties,
+            &accepted.positions,
+            &s.confidence,
+            p,
+        );
+        let impulses = s.contact_impulses.iter().zip(&self.interface.volumes);
+        for (reaction, (impulse, volume)) in self.output.pair_reactions.iter_mut().zip(impulses) {
+            *reaction += impulse / (dt * volume);
+        }
+        let mass = self.properties.particle_mass();
+        for (part, change) in s.wall_contacts.drain(..) {
+            s.wall_forces.forces[part] -= change * (mass / dt);
+        }
+        match self.options.load {
+            Load::Transpose => self.output.pressure_gradients.clone_from(&s.structure_gradients),
+            Load::PressureGradient => interface_load::pressure_gradient_load(
+                &s.neighbourhood,
+                &self.kernel,
+                (structure.positions, &self.interface.volumes),
+                p,
+                &self.output.pressures,
+                &mut self.output.pressure_gradients,
+            ),
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! What a method has to be for the participant to run it. Another one is a folder beside
+//! [`isph`](crate::isph) over the same particles and boundaries, whose type implements [`Fluid`].
+
+use crate::boundaries::walls::Walls;
+use crate::error::Error;
+use crate::interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
+use crate::particles::state::State;
+use crate::properties::FluidProperties;
+use crate::report::StepReport;
+use sph::Vector;
+
+/// A fluid of particles between walls and interface particles. It remembers nothing from step to step but
+/// what stands in a [`State`].
+pub trait Fluid<const D: usize>: Sized {
+    /// Name of the method.
+    const METHOD: &'static str;
+    /// Choices of the method.
+    type Options: Clone;
+    /// What the method remembers from step to step besides its particles.
+    type Memory: Clone + Sync;
+
+    /// A fluid between walls and interface particles, which starts from `initial`.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] for values that cannot be.
+    fn new(
+        properties: FluidProperties<D>,
+        options: Self::Options,
+        walls: Walls<D>,
+        interface: InterfaceParticles,
+        initial: &State<D, Self::Memory>,
+    ) -> Result<Self, Error>;
+
+    /// Properties as given.
+    fn properties(&self) -> &FluidProperties<D>;
+
+    /// Options as given.
+    fn options(&self) -> &Self::Options;
+
+    /// Walls as given, where the last step has brought them.
+    fn walls(&self) -> &Walls<D>;
+
+    /// Smoothing length `h` (m).
+    fn smoothing_length(&self) -> f64;
+
+    /// The longest stable step (s) from `state` at `time` (s) beside a structure of these velocities (m/s).
+    fn stable_step(
+        &self,
+        state: &State<D, Self::Memory>,
+        time: f64,
+        structure_velocities: &[Vector<D>],
+    ) -> f64;
+
+    /// Advances `accepted` by `dt` (s) into `trial`, memory of `trial` used again. `time` (s) says where
+    /// walls that move are. Nothing but `accepted`, `time`, `dt` and `structure` decides the result: calling
+    /// twice gives the same bits.
+    ///
+    /// # Errors
+    /// [`Error::NotFinite`], [`Error::InterfaceLength`] for what came in or out, [`Error::Solve`] when a
+    /// solve failed.
+    fn step(
+        &mut self,
+        accepted: &State<D, Self::Memory>,
+        time: f64,
+        dt: f64,
+        structure: &InterfaceInput<'_, D>,
+        trial: &mut State<D, Self::Memory>,
+    ) -> Result<StepReport<D>, Error>;
+
+    /// What the structure gets of the last step.
+    fn output(&self) -> &InterfaceOutput<D>;
+
+    /// Force (N) of the fluid on each part of the walls in the last step; nothing before the first.
+    fn wall_forces(&self) -> &[Vector<D>];
+
+    /// Force (N) of the fluid on a named part of the walls in the last step, zero before the first; nothing
+    /// where no part has this name.
+    fn wall_force(&self, name: &str) -> Option<Vector<D>> {
+        let of = |part: usize| self.wall_forces().get(part).copied().unwrap_or_else(Vector::zeros);
+        self.walls().part(name).map(of)
+    }
+
+    /// What shows why a solve failed, by name, one entry a particle: where it stopped on its way to `trial`,
+    /// its residual as the equations have it.
+    fn failed_solve<'a>(&'a self, trial: &'a State<D, Self::Memory>) -> Vec<(&'static str, &'a [f64])>;
+
+    /// The state as bytes: a restart from them is identical to the bit.
+    fn save(state: &State<D, Self::Memory>) -> Vec<u8>;
+
+    /// The state that [`save`](Self::save) wrote.
+    ///
+    /// # Errors
+    /// [`Error::Restore`] when the bytes are not such a state.
+    fn restore(bytes: &[u8]) -> Result<State<D, Self::Memory>, Error>;
+}

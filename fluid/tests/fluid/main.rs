@@ -1,0 +1,13 @@
+//! Tests of the fluid from outside, in one binary: operators by hand and by property, boundaries, whole
+//! steps.
+
+mod boundaries;
+mod direct_solve;
+mod models;
+mod multigrid;
+mod operators;
+mod order;
+mod surface;
+mod tearing;
+mod time_step;
+mod walls;

@@ -1,0 +1,265 @@
+//! Discrete operators: by hand on few particles, and the properties the method stands on.
+
+use fluid::isph::correction::second_derivative_correction;
+use fluid::isph::pressure::pressure_operator::{self, OperatorScratch, PressureOperator};
+use fluid::particles::neighbourhood::{Bodies, Neighbourhood};
+use sph::kernel::CubicSpline;
+use sph::neighbours::CellGrid;
+use sph::{Matrix, Vector};
+
+struct Random(u64);
+impl Random {
+    /// Uniform in −½..½.
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (self.0 >> 33) as f64 / (1u64 << 31) as f64 - 0.5
+    }
+    fn vector<const D: usize>(&mut self) -> Vector<D> {
+        Vector::from_fn(|_, _| self.next())
+    }
+}
+
+/// A jittered block of fluid of unit spacing on a wall (below) and beside a structure (right).
+struct Block<const D: usize> {
+    neighbourhood: Neighbourhood<D>,
+    fluid: Vec<Vector<D>>,
+    structure: Vec<Vector<D>>,
+}
+
+fn block<const D: usize>(side: usize, jitter: f64) -> Block<D> {
+    let mut random = Random(7);
+    let all = |low: [i64; D], high: [i64; D]| {
+        let mut points = vec![Vector::<D>::zeros()];
+        for axis in 0..D {
+            points = points
+                .iter()
+                .flat_map(|p| {
+                    (low[axis]..high[axis]).map(move |k| {
+                        let mut q = *p;
+                        q[axis] = k as f64;
+                        q
+                    })
+                })
+                .collect();
+        }
+        points
+    };
+    let n = side as i64;
+    let last = D - 1;
+    let range = |low_last, high_last, low_first, high_first| {
+        let (mut low, mut high) = ([0; D], [n; D]);
+        (low[last], high[last], low[0], high[0]) = (low_last, high_last, low_first, high_first);
+        all(low, high)
+    };
+    let fluid: Vec<Vector<D>> = range(0, n, 0, n).iter().map(|p| p + random.vector() * jitter).collect();
+    let walls = range(-3, 0, 0, n);
+    let structure: Vec<Vector<D>> = range(0, n, n, n + 3);
+    let kernel = CubicSpline::new(1.2);
+    let grid = CellGrid::new(&walls, kernel.support());
+    let mut neighbourhood = Neighbourhood::default();
+    let (wall_volumes, structure_volumes) = (vec![1.0; walls.len()], vec![1.0; structure.len()]);
+    let bodies = Bodies {
+        wall_positions: &walls,
+        wall_volumes: &wall_volumes,
+        wall_grid: &grid,
+        structure_positions: &structure,
+        structure_volumes: &structure_volumes,
+    };
+    neighbourhood.update(&kernel, 1.0, 1.0, &fluid, &bodies);
+    Block { neighbourhood, fluid, structure }
+}
+
+/// Work of the pressure's force on any motion is its transpose: `Σ m a·u + Σ m_s a_s·u_s = Σ V p D u` with
+/// walls at rest.
+fn force_is_the_transpose_of_the_divergence<const D: usize>(side: usize) {
+    let Block { neighbourhood, fluid, structure } = block::<D>(side, 0.2);
+    let mut random = Random(3);
+    let (rho, rho_s) = (1000.0, 300.0);
+    let p: Vec<f64> = fluid.iter().map(|_| random.next()).collect();
+    let u: Vec<Vector<D>> = fluid.iter().map(|_| random.vector()).collect();
+    let u_s: Vec<Vector<D>> = structure.iter().map(|_| random.vector()).collect();
+    let (mut own, mut a, mut g_s, mut rate) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    pressure_operator::own_gradients(&neighbourhood, &mut own);
+    pressure_operator::fluid_accelerations(&neighbourhood, &own, 1.0 / rho, &p, &mut a);
+    pressure_operator::structure_gradients(&neighbourhood, &p, &mut g_s);
+    pressure_operator::divergence(&neighbourhood, &own, &u, &[], &u_s, &mut rate);
+    let work: f64 = a.iter().zip(&u).map(|(a, u)| rho * a.dot(u)).sum::<f64>()
+        + g_s.iter().zip(&u_s).map(|(g, u)| -(g / rho_s).dot(u) * rho_s).sum::<f64>();
+    let transposed: f64 = p.iter().zip(&rate).map(|(p, d)| p * d).sum();
+    let scale: f64 = p.iter().zip(&rate).map(|(p, d)| (p * d).abs()).sum();
+    // Some thousand terms, each rounded at 1e-16 of the scale.
+    assert!((work - transposed).abs() < 1e-13 * scale, "{work} {transposed}");
+}
+
+#[test]
+fn force_is_the_transpose_of_the_divergence_in_two_dimensions() {
+    force_is_the_transpose_of_the_divergence::<2>(12);
+}
+
+#[test]
+fn force_is_the_transpose_of_the_divergence_in_three_dimensions() {
+    force_is_the_transpose_of_the_divergence::<3>(6);
+}
+
+#[test]
+fn the_pressure_operator_is_symmetric_positive_and_its_diagonal_is_right() {
+    let Block { neighbourhood, fluid, structure } = block::<2>(9, 0.2);
+    let mut own = Vec::new();
+    pressure_operator::own_gradients(&neighbourhood, &mut own);
+    let n = fluid.len();
+    let mut random = Random(11);
+    let free: Vec<bool> = (0..n).map(|a| a % 7 != 0).collect();
+    let extra = vec![1e-6; n];
+    let compliance = vec![1.0 / 300.0; structure.len()];
+    let operator = |compliance| PressureOperator {
+        neighbourhood: &neighbourhood,
+        own: &own,
+        inverse_density: 1e-3,
+        compliance,
+        laplacian_share: 0.1,
+        wide_share: 1.0,
+        extra_diagonal: &extra,
+        free: &free,
+    };
+    let mut scratch = OperatorScratch::default();
+    let mut apply = |operator: &PressureOperator<'_, 2>, p: &[f64]| {
+        let mut out = vec![0.0; n];
+        operator.apply(p, &mut out, &mut scratch);
+        out
+    };
+    let mut vector = || -> Vec<f64> { free.iter().map(|f| if *f { random.next() } else { 0.0 }).collect() };
+    let (p, q) = (vector(), vector());
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+    let yielding = operator(compliance.as_slice());
+    let (ap, aq) = (apply(&yielding, &p), apply(&yielding, &q));
+    assert!((dot(&q, &ap) - dot(&p, &aq)).abs() < 1e-13 * dot(&p, &ap).abs());
+    assert!(dot(&p, &ap) > 0.0 && dot(&q, &aq) > 0.0);
+    // A structure that yields takes energy too.
+    let stiff = operator(&[]);
+    assert!(dot(&p, &apply(&stiff, &p)) < dot(&p, &ap));
+    let mut diagonal = Vec::new();
+    stiff.diagonal(&mut diagonal);
+    for a in [8, 40, 77] {
+        let mut unit = vec![0.0; n];
+        unit[a] = 1.0;
+        let entry = apply(&stiff, &unit)[a] - extra[a];
+        if free[a] {
+            assert!((entry - diagonal[a]).abs() < 1e-13 * entry, "{a}: {entry} {}", diagonal[a]);
+        }
+    }
+}
+
+#[test]
+fn two_particles_by_hand() {
+    let kernel = CubicSpline::<2>::new(1.2);
+    let fluid = [Vector::from([0.0, 0.0]), Vector::from([1.0, 0.0])];
+    let volume = 0.8;
+    let none = CellGrid::new(&[], 2.4);
+    let bodies = Bodies {
+        wall_positions: &[],
+        wall_volumes: &[],
+        wall_grid: &none,
+        structure_positions: &[],
+        structure_volumes: &[],
+    };
+    let mut neighbourhood = Neighbourhood::default();
+    neighbourhood.update(&kernel, 1.0, volume, &fluid, &bodies);
+    // ∇W_01 = W'(1) (r_0 − r_1)/1 = (−W', 0), W' negative: it points from particle 0 to particle 1.
+    // Pairs are stored in single precision.
+    let rounded = f64::from((volume * kernel.slope(1.0)) as f32);
+    let slope = rounded / volume;
+    let (mut own, mut rate, mut a) = (Vec::new(), Vec::new(), Vec::new());
+    pressure_operator::own_gradients(&neighbourhood, &mut own);
+    assert_eq!(own[0], Vector::from([-rounded, 0.0]));
+    // They part at speed 3: D_0 u = V (u_1 − u_0)·∇W_01 = V · 3 · |W'|.
+    let u = [Vector::from([-1.0, 5.0]), Vector::from([2.0, 5.0])];
+    pressure_operator::divergence(&neighbourhood, &own, &u, &[], &[], &mut rate);
+    let expected = volume * 3.0 * -slope;
+    assert!((rate[0] - expected).abs() < 1e-15 && (rate[1] - expected).abs() < 1e-15);
+    // Pressures 2 and 3 push them apart: a_0 = −(1/ρ) V (2 + 3) ∇W_01.
+    pressure_operator::fluid_accelerations(&neighbourhood, &own, 0.001, &[2.0, 3.0], &mut a);
+    let expected = 0.001 * volume * 5.0 * slope;
+    assert!((a[0].x - expected).abs() < 1e-18 && (a[1].x + expected).abs() < 1e-18);
+    let sums = neighbourhood.surroundings[0];
+    assert!((sums.concentration - volume * (kernel.value(0.0) + kernel.value(1.0))).abs() < 1e-15);
+    assert!((sums.moment[(0, 0)] - volume * -slope).abs() < 1e-15 && sums.moment[(1, 1)] == 0.0);
+    let stiffness = neighbourhood.fluid_pairs[0].stiffness();
+    assert!((stiffness / (2.0 * volume * -slope) - 1.0).abs() < 2.0 * f64::from(f32::EPSILON));
+}
+
+fn corrected_gradients_are_exact_for_linear_fields<const D: usize>(side: usize) {
+    let Block { neighbourhood, fluid, .. } = block::<D>(side, 0.3);
+    let mut corrections = Vec::new();
+    neighbourhood.corrections(0.25, &mut corrections);
+    let slope = Vector::<D>::from_fn(|i, _| 1.0 + i as f64);
+    let mut checked = 0;
+    for a in 0..fluid.len() {
+        // Linear fields over the fluid alone need the correction of the fluid alone: where there is nothing
+        // else around.
+        let alone = neighbourhood.walls.of(a).is_empty() && neighbourhood.structure.of(a).is_empty();
+        if !alone || corrections[a].1 < 0.25 {
+            continue;
+        }
+        let range = neighbourhood.fluid.range(a);
+        let gradient = neighbourhood.fluid.of(a).iter().zip(&neighbourhood.fluid_pairs[range]).fold(
+            Vector::<D>::zeros(),
+            |sum, (&b, pair)| {
+                sum + corrections[a].0 * pair.gradient() * slope.dot(&(fluid[b as usize] - fluid[a]))
+            },
+        );
+        assert!((gradient - slope).norm() < 1e-12, "particle {a}: {gradient}");
+        checked += 1;
+    }
+    assert!(checked > 20, "{checked}");
+}
+
+#[test]
+fn corrected_gradients_are_exact_for_linear_fields_in_two_and_three_dimensions() {
+    corrected_gradients_are_exact_for_linear_fields::<2>(12);
+    corrected_gradients_are_exact_for_linear_fields::<3>(6);
+}
+
+fn corrected_laplacian_is_exact_for_quadratic_fields<const D: usize>(side: usize) {
+    let Block { neighbourhood, fluid, .. } = block::<D>(side, 0.2);
+    let mut corrections = Vec::new();
+    neighbourhood.corrections(0.25, &mut corrections);
+    let mut random = Random(5);
+    let curvature = Matrix::<D>::from_fn(|_, _| random.next());
+    let slope = random.vector::<D>();
+    let field = |r: &Vector<D>| r.dot(&(curvature * r)) + slope.dot(r);
+    let mut checked = 0;
+    for a in 0..fluid.len() {
+        let alone = neighbourhood.walls.of(a).is_empty() && neighbourhood.structure.of(a).is_empty();
+        if !alone || corrections[a].1 < 0.7 {
+            continue;
+        }
+        let pairs = &neighbourhood.fluid_pairs[neighbourhood.fluid.range(a)];
+        let around = || {
+            neighbourhood
+                .fluid
+                .of(a)
+                .iter()
+                .zip(pairs)
+                .map(|(&b, pair)| (fluid[a] - fluid[b as usize], pair.gradient()))
+        };
+        let b_hat = second_derivative_correction(&around(), &corrections[a].0).expect("enough neighbours");
+        let jump = |r: &Vector<D>| field(&fluid[a]) - field(&(fluid[a] - r));
+        let gradient = around().fold(Vector::zeros(), |sum, (r, g)| sum - corrections[a].0 * g * jump(&r));
+        let laplacian: f64 = around()
+            .map(|(r, g)| {
+                let (distance, e) = (r.norm(), r / r.norm());
+                2.0 * e.dot(&(b_hat * g)) * (jump(&r) / distance - e.dot(&gradient))
+            })
+            .sum();
+        // Conditioning of the 3×3 or 6×6 system: some hundreds of roundings.
+        assert!((laplacian - 2.0 * curvature.trace()).abs() < 1e-10, "particle {a}: {laplacian}");
+        checked += 1;
+    }
+    assert!(checked > 5, "{checked}");
+}
+
+#[test]
+fn corrected_laplacian_is_exact_for_quadratic_fields_in_two_and_three_dimensions() {
+    corrected_laplacian_is_exact_for_quadratic_fields::<2>(12);
+    corrected_laplacian_is_exact_for_quadratic_fields::<3>(7);
+}
