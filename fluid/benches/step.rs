@@ -5,9 +5,11 @@ mod column;
 
 use column::column;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use fluid::isph::pressure::adjoint_pair::{self, AdjointPair};
+use fluid::isph::pressure::along::Along;
 use fluid::isph::pressure::conjugate_gradients::{self, Limits};
 use fluid::isph::pressure::preconditioner::PressurePreconditioner;
-use fluid::isph::pressure::pressure_operator::{self, OperatorScratch, PressureOperator};
+use fluid::isph::pressure::pressure_operator::{OperatorScratch, PressureOperator};
 use fluid::particles::neighbourhood::{Bodies, Neighbourhood};
 use fluid::{Fluid, InterfaceInput, Isph, Preconditioner, State};
 use sph::Vector;
@@ -62,11 +64,11 @@ fn measure(criterion: &mut Criterion) {
                 });
             });
             let mut own = Vec::new();
-            pressure_operator::own_gradients(&neighbourhood, &mut own);
+            let along = Along::default();
+            adjoint_pair::own_gradients(&neighbourhood, &along, &mut own);
             let (extra, free) = (vec![1e-9; n], vec![true; n]);
             let operator = PressureOperator {
-                neighbourhood: &neighbourhood,
-                own: &own,
+                pair: AdjointPair { neighbourhood: &neighbourhood, along: &along, own: &own },
                 inverse_density: 1e-3,
                 compliance: &[],
                 laplacian_share: 0.1,
@@ -79,7 +81,7 @@ fn measure(criterion: &mut Criterion) {
             group.bench_function(BenchmarkId::new("assembly", n), |bencher| {
                 bencher.iter(|| {
                     pool.install(|| {
-                        pressure_operator::own_gradients(&neighbourhood, &mut sums);
+                        adjoint_pair::own_gradients(&neighbourhood, &along, &mut sums);
                         operator.diagonal(&mut diagonal);
                     });
                 });

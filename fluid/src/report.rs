@@ -32,8 +32,7 @@ pub struct StepReport<const D: usize> {
     pub potential_energy: f64,
     /// Change of kinetic and potential energy over the step, particles that left not counted out.
     pub energy_change: f64,
-    /// Work of the structure's pressure on the fluid, with its velocity halfway through the projection,
-    /// `½(u*_s + u_s)`.
+    /// Work of the structure's load on the fluid, with the velocity that it comes to have under it.
     pub structure_work: f64,
     /// Work of walls that move.
     pub wall_work: f64,

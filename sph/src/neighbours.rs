@@ -64,6 +64,26 @@ impl NeighbourList {
         self.indices.iter_mut().for_each(|j| *j = names[*j as usize]);
     }
 
+    /// Appends pairs (row, neighbour), rows growing, behind those that each row has. Gives for each pair of the
+    /// new list whether it is one of them.
+    pub fn append(&mut self, pairs: impl Iterator<Item = (u32, u32)>) -> Vec<bool> {
+        let (mut indices, mut is_new) = (Vec::with_capacity(self.indices.len()), Vec::new());
+        let mut pairs = pairs.peekable();
+        let mut offsets = vec![0];
+        for row in 0..self.len() {
+            indices.extend_from_slice(self.of(row));
+            is_new.resize(indices.len(), false);
+            while let Some((_, neighbour)) = pairs.next_if(|pair| pair.0 as usize == row) {
+                indices.push(neighbour);
+                is_new.push(true);
+            }
+            offsets.push(indices.len() as u32);
+        }
+        assert!(pairs.next().is_none(), "rows grow, and are rows of the list");
+        (self.offsets, self.indices) = (offsets, indices);
+        is_new
+    }
+
     /// Finds, for every query point, the grid's points nearer than the grid's radius, coincident ones left
     /// out (so that a list over its own points does not hold the point itself). Memory of earlier calls is
     /// used again.

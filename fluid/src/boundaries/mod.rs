@@ -2,5 +2,6 @@
 
 pub mod contact;
 pub mod period;
+pub mod ties;
 pub mod wall_motion;
 pub mod walls;

@@ -4,7 +4,7 @@ use crate::boundaries::wall_motion::{Motion, Pose};
 use crate::error::Error;
 use sph::Vector;
 use sph::lattice::Lattice;
-use sph::neighbours::CellGrid;
+use sph::neighbours::{CellGrid, NeighbourList};
 
 /// Which side of a polyline is solid, seen along its direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,6 +149,31 @@ impl<const D: usize> Walls<D> {
     /// Whether any part moves.
     pub fn moves(&self) -> bool {
         self.parts.iter().any(|part| part.motion.is_some())
+    }
+
+    /// Whether a part moves.
+    pub fn part_moves(&self, part: usize) -> bool {
+        self.parts[part].motion.is_some()
+    }
+
+    /// Velocities (m/s) of the walls' particles across their surface, one for each pair of `near`, in which
+    /// each of `points` (m) has those around it; none where nothing moves. What a wall does along itself
+    /// displaces no fluid: in a sum over its particles it would seem to, to and fro as they pass by.
+    pub fn velocities_across(&self, points: &[Vector<D>], near: &NeighbourList, out: &mut Vec<Vector<D>>) {
+        out.clear();
+        if self.velocities.iter().all(|u| *u == Vector::<D>::zeros()) {
+            return;
+        }
+        for (a, at) in points.iter().enumerate() {
+            let mut nearest = (usize::MAX, Vector::zeros());
+            for &w in near.of(a) {
+                let (part, u) = (self.part_of[w as usize] as usize, &self.velocities[w as usize]);
+                if *u != Vector::<D>::zeros() && part != nearest.0 {
+                    nearest = (part, self.surface_point(part, at, false).normal);
+                }
+                out.push(nearest.1 * nearest.1.dot(u));
+            }
+        }
     }
 
     /// Brings the walls to where they are at `time` (s); velocities are means over the `dt` (s) that follow.

@@ -2,11 +2,12 @@
 //! particles.
 
 use crate::boundaries::walls::Walls;
-use crate::interface::InterfaceInput;
+use crate::interface::{InterfaceInput, InterfaceParticles};
 use crate::isph::options::Options;
+use crate::isph::pressure::along::Along;
 use crate::isph::state::State;
 use crate::particles::neighbourhood::Neighbourhood;
-use crate::properties::FluidProperties;
+use rayon::prelude::*;
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector};
 
@@ -19,35 +20,106 @@ pub enum Body {
     Structure(usize),
 }
 
-/// `R_s` (Pa/m): `V_s R_s` is the force on the fluid from particle s by the formula that moved the fluid,
-/// `−V V_s [(1 − φ) 2 p_a + φ (p_s − p_a) B_a] ∇W_as` summed over the fluid, with
-/// `p_s − p_a = ρ g·(r_s − r_a)` and the share φ of Eq. (18). `positions` are those of fluid and structure
-/// (m).
+/// How pressures are carried onto boundaries.
+#[derive(Clone, Copy)]
+pub struct Carried<'a, const D: usize> {
+    /// Particles beside boundaries.
+    pub along: &'a Along<D>,
+    /// `G_a` (Pa/m) of each.
+    pub gradients: &'a [Vector<D>],
+    /// Of each, what Eq. (18) takes for the gradient on the boundary (Pa/m), in place of `weight`.
+    pub slopes: &'a [Vector<D>],
+    /// `ρ g` (Pa/m).
+    pub weight: Vector<D>,
+    /// Share φ of Eq. (18) that moved each particle.
+    pub share: &'a [f64],
+    /// `B` of each.
+    pub corrections: &'a [(Matrix<D>, f64)],
+}
+
+impl<const D: usize> Carried<'_, D> {
+    /// What a boundary point at `offset` (m) from particle `a` is pressed with (Pa/m), `gradient` being
+    /// `V ∇W` (1/m) and `pressure` twice the particle's or nothing (Pa):
+    /// `(1 − φ) (pressure + G_a·offset) ∇W + φ (pressure + slope·offset) B ∇W`.
+    #[inline]
+    fn push(&self, a: usize, pressure: f64, gradient: &Vector<D>, offset: &Vector<D>) -> Vector<D> {
+        let share = self.share[a];
+        let row = self.along.index(a);
+        let along = row.map_or(0.0, |i| self.gradients[i].dot(offset));
+        let symmetric = gradient * ((1.0 - share) * (pressure + along));
+        if share == 0.0 {
+            return symmetric;
+        }
+        let slope = row.map_or(&self.weight, |i| &self.slopes[i]);
+        symmetric + self.corrections[a].0 * gradient * (share * (pressure + slope.dot(offset)))
+    }
+}
+
+/// `R_s` (Pa/m): `V_s R_s` is the force of particle s on the fluid, over all particles `a` around it
+/// `−V V_s [(1 − φ) (2 p_a + G_a·r_sa) + φ (2 p_a + slope_a·r_sa) B_a] ∇W_as`: the transpose of the divergence,
+/// and for the share φ of Eq. (18) a sum over the structure's surface that carries `p` from the particle to it.
+/// Eq. (18) leaves `2 p_a` out, since it vanishes over all that surrounds a particle; not over the structure
+/// alone. `whole` tells whether it counts: in the paper's scheme nothing but Eq. (18) moves the fluid.
 pub fn pair_reactions<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
-    corrections: &[(Matrix<D>, f64)],
-    share: &[f64],
-    properties: &FluidProperties<D>,
-    positions: (&[Vector<D>], &[Vector<D>]),
+    carried: &Carried<'_, D>,
+    whole: bool,
     p: &[f64],
     out: &mut Vec<Vector<D>>,
 ) {
-    let (fluid, structure) = positions;
     let list = &neighbourhood.fluid_of_structure;
-    out.clear();
-    out.extend((0..list.len()).map(|s| {
-        let gradients = &neighbourhood.fluid_of_structure_gradients[list.range(s)];
-        let (mut symmetric, mut corrected) = (Vector::zeros(), Vector::zeros());
-        for (&a, g) in list.of(s).iter().zip(gradients) {
+    out.resize(list.len(), Vector::zeros());
+    out.par_iter_mut().with_min_len(64).enumerate().for_each(|(s, reaction)| {
+        let mut sum = Vector::zeros();
+        for (e, &a) in list.range(s).zip(list.of(s)) {
             let a = a as usize;
-            symmetric += g * (p[a] * (1.0 - share[a]));
-            if share[a] > 0.0 {
-                let jump = properties.density * properties.gravity.dot(&(structure[s] - fluid[a]));
-                corrected += corrections[a].0 * g * (share[a] * jump);
-            }
+            let pressure = if whole { 2.0 * p[a] } else { 0.0 };
+            let (gradient, offset) = (
+                &neighbourhood.fluid_of_structure_gradients[e],
+                &neighbourhood.fluid_of_structure_offsets[e],
+            );
+            sum += carried.push(a, pressure, gradient, offset);
         }
-        symmetric * 2.0 + corrected
-    }));
+        *reaction = sum;
+    });
+}
+
+/// Work (J) of a load `pressure_gradients` (Pa/m) on the fluid in `dt` (s), with the velocity that the structure
+/// comes to have under it: `u_s = u*_s − Δt c g_s`, `c` its compliance (m³/kg, nothing where it does not yield).
+/// That is the work which the structure gives.
+pub fn structure_work<const D: usize>(
+    (interface, compliance): (&InterfaceParticles, &[f64]),
+    predicted: &[Vector<D>],
+    pressure_gradients: &[Vector<D>],
+    dt: f64,
+) -> f64 {
+    let of = |(i, g): (usize, &Vector<D>)| {
+        let yielding = compliance.get(i).map_or(Vector::zeros(), |c| g * (dt * c));
+        interface.volumes[i] * g.dot(&(predicted[i] - yielding))
+    };
+    dt * pressure_gradients.iter().enumerate().map(of).sum::<f64>()
+}
+
+/// Power of walls on the fluid over the volume of its particles (Pa/s):
+/// `−Σ_a Σ_w V_w (2 p_a + G_a·r_wa) ∇W_aw·u_w`, with the walls' `velocities` across their surface (m/s), one
+/// per pair.
+pub fn wall_work<const D: usize>(
+    (neighbourhood, along): (&Neighbourhood<D>, &Along<D>),
+    (p, gradients): (&[f64], &[Vector<D>]),
+    velocities: &[Vector<D>],
+) -> f64 {
+    if velocities.is_empty() {
+        return 0.0;
+    }
+    let of = |a: usize| {
+        let row = along.index(a);
+        let pairs = neighbourhood.walls.range(a).map(|e| {
+            let carried = row.map_or(0.0, |i| gradients[i].dot(&neighbourhood.wall_offsets[e]));
+            (2.0 * p[a] + carried) * neighbourhood.wall_gradients[e].dot(&velocities[e])
+        });
+        pairs.sum::<f64>()
+    };
+    -(0..p.len()).map(of).sum::<f64>()
 }
 
 /// Pressures (Pa) beside the interface particles, `Σ |∇W| p/Σ |∇W|` over the fluid, zero where it is dry.
@@ -86,32 +158,31 @@ impl<const D: usize> WallForces<D> {
         }
     }
 
-    /// Adds the forces of the fluid's pressure,
-    /// `+V V_w [(1 − φ) 2 p_a + φ (2 p_a + ρ g·(r_w − r_a)) B_a] ∇W_aw`: the transpose of the divergence, and
-    /// for the share φ of Eq. (18) a sum over the wall's surface that carries `p` from the particle to it.
-    /// Particles that have moved are not a lattice: their `∇·r/D` is 1.01 to 1.02, by which `B` divides their
-    /// pressure's gradient and so this sum. In `cases/hydrostatic_tank` the bed carries 1.022 of the water's
-    /// weight without `B`, 1.007 with it, at H/Δx = 20.
+    /// Adds the forces of the fluid's pressure, as [`pair_reactions`] has them of the structure: the transpose
+    /// of the divergence, and for the share φ of Eq. (18) a sum over the wall's surface that carries `p` from
+    /// the particle to it. Particles that have moved are not a lattice: their `∇·r/D` is 1.01 to 1.02, by which
+    /// `B` divides their pressure's gradient and so this sum. In `cases/hydrostatic_tank` the bed carries 1.022
+    /// of the water's weight without `B`, 1.007 with it, at H/Δx = 20. `volume` (m³) is that of a particle.
     pub fn add_pressures(
         &mut self,
-        (neighbourhood, corrections): (&Neighbourhood<D>, &[(Matrix<D>, f64)]),
+        neighbourhood: &Neighbourhood<D>,
+        carried: &Carried<'_, D>,
         walls: &Walls<D>,
-        properties: &FluidProperties<D>,
-        positions: &[Vector<D>],
-        share: &[f64],
+        volume: f64,
         p: &[f64],
     ) {
         let list = &neighbourhood.walls;
-        let (volume, weight) = (properties.particle_volume, properties.gravity * properties.density);
         for a in 0..p.len() {
-            let (symmetric, corrected) = (1.0 - share[a], corrections[a].0 * share[a]);
-            for (&w, g) in list.of(a).iter().zip(&neighbourhood.wall_gradients[list.range(a)]) {
+            for (e, &w) in list.range(a).zip(list.of(a)) {
                 let part = walls.part_of[w as usize] as usize;
-                let step = weight.dot(&(walls.positions[w as usize] - positions[a]));
-                self.forces[part] +=
-                    (g * (symmetric * 2.0 * p[a]) + corrected * g * (2.0 * p[a] + step)) * volume;
-                self.met[part] += g.abs() * (share[a] * 2.0 * p[a].abs() * volume);
+                let (gradient, offset) = (&neighbourhood.wall_gradients[e], &neighbourhood.wall_offsets[e]);
+                self.forces[part] += carried.push(a, 2.0 * p[a], gradient, offset) * volume;
+                self.met[part] += gradient.abs() * (carried.share[a] * 2.0 * p[a].abs() * volume);
             }
+        }
+        for pair in &neighbourhood.tied {
+            let (a, part) = (pair.particle as usize, walls.part_of[pair.wall as usize] as usize);
+            self.forces[part] -= carried.push(a, 2.0 * p[a], &pair.gradient, &pair.offset) * volume;
         }
     }
 

@@ -1,6 +1,7 @@
 //! Who surrounds whom, and the kernel sums that every stage stands on.
 
 use crate::boundaries::period::Period;
+use crate::boundaries::ties::Tie;
 use crate::particles::rows::for_each_row;
 use rayon::prelude::*;
 use sph::kernel::CubicSpline;
@@ -88,20 +89,43 @@ pub struct Neighbourhood<const D: usize> {
     pub walls: NeighbourList,
     /// `V_w ∇W_aw` (1/m).
     pub wall_gradients: Vec<Vector<D>>,
-    /// Structure around fluid.
+    /// `r_w − r_a` (m).
+    pub wall_offsets: Vec<Vector<D>>,
+    /// Structure around fluid, and behind it in each row what is tied to it ([`tie`](Self::tie)).
     pub structure: NeighbourList,
     /// `V_s ∇W_as` (1/m).
     pub structure_gradients: Vec<Vector<D>>,
-    /// Fluid around structure: rows are interface particles.
+    /// `r_s − r_a` (m).
+    pub structure_offsets: Vec<Vector<D>>,
+    /// Fluid around structure: rows are interface particles. Ties as in `structure`.
     pub fluid_of_structure: NeighbourList,
     /// `V ∇W_sa` (1/m).
     pub fluid_of_structure_gradients: Vec<Vector<D>>,
+    /// `r_s − r_a` (m).
+    pub fluid_of_structure_offsets: Vec<Vector<D>>,
     /// Sums over all of these.
     pub surroundings: Vec<Surroundings<D>>,
+    /// Pairs of fluid and wall whose force is the structure's.
+    pub tied: Vec<TiedPair<D>>,
+    /// Fluid around ties.
+    fluid_of_ties: NeighbourList,
     /// Particles and their ghost images (m), where space repeats.
     images: Vec<Vector<D>>,
     /// The particle that each of them is.
     owners: Vec<u32>,
+}
+
+/// What of a pair of fluid and wall is the structure's.
+#[derive(Clone, Copy, Debug)]
+pub struct TiedPair<const D: usize> {
+    /// The wall particle.
+    pub wall: u32,
+    /// The fluid particle.
+    pub particle: u32,
+    /// `d (d·V_w ∇W_aw)` (1/m), `d` the tie's direction.
+    pub gradient: Vector<D>,
+    /// `r_w − r_a` (m).
+    pub offset: Vector<D>,
 }
 
 /// Bodies that do not change their number or volume: walls, and the structure's particles where they stand
@@ -188,6 +212,11 @@ impl<const D: usize> Neighbourhood<D> {
             bodies.structure_positions,
             bodies.structure_volumes,
         );
+        offsets(&self.walls, positions, bodies.wall_positions, &mut self.wall_offsets);
+        offsets(&self.structure, positions, bodies.structure_positions, &mut self.structure_offsets);
+        let backwards = &mut self.fluid_of_structure_offsets;
+        offsets(&self.fluid_of_structure, bodies.structure_positions, positions, backwards);
+        backwards.iter_mut().for_each(|r| *r = -*r);
         let mut nothing = vec![(); bodies.structure_positions.len()];
         for_each_row(
             &self.fluid_of_structure,
@@ -202,6 +231,44 @@ impl<const D: usize> Neighbourhood<D> {
         );
     }
 
+    /// Adds pairs of fluid and wall particles to those of fluid and structure, each with what its gradient has
+    /// along the tie. The sums over all neighbours know these wall particles already.
+    pub fn tie(
+        &mut self,
+        ties: &[Tie<D>],
+        kernel: &CubicSpline<D>,
+        volume: f64,
+        positions: &[Vector<D>],
+        bodies: &Bodies<'_, D>,
+    ) {
+        self.tied.clear();
+        if ties.is_empty() {
+            return;
+        }
+        let points: Vec<Vector<D>> = ties.iter().map(|t| bodies.wall_positions[t.wall as usize]).collect();
+        self.fluid_of_ties.rebuild(&points, &CellGrid::new(positions, kernel.support()), positions);
+        let (mut of_fluid, mut of_structure) = (Vec::new(), Vec::new());
+        for (i, (tie, at)) in ties.iter().zip(&points).enumerate() {
+            let (wall_volume, own) = (bodies.wall_volumes[tie.wall as usize], tie.structure);
+            let ratio = volume * wall_volume / bodies.structure_volumes[own as usize];
+            for &a in self.fluid_of_ties.of(i) {
+                let offset = at - positions[a as usize];
+                let gradient = tie.direction * tie.direction.dot(&kernel.gradient(&offset));
+                let of_pair = gradient * -wall_volume;
+                self.tied.push(TiedPair { wall: tie.wall, particle: a, gradient: of_pair, offset });
+                of_fluid.push((a, own, of_pair, offset));
+                of_structure.push((own, a, gradient * ratio, offset));
+            }
+        }
+        append(&mut self.structure, of_fluid, &mut self.structure_gradients, &mut self.structure_offsets);
+        append(
+            &mut self.fluid_of_structure,
+            of_structure,
+            &mut self.fluid_of_structure_gradients,
+            &mut self.fluid_of_structure_offsets,
+        );
+    }
+
     /// `B` of Eq. (5) and the smallest eigenvalue of its inverse, particle by particle; `B` is the identity
     /// where that eigenvalue is below `least` (too few or too one-sided neighbours to correct with).
     pub fn corrections(&self, least: f64, out: &mut Vec<(Matrix<D>, f64)>) {
@@ -211,6 +278,39 @@ impl<const D: usize> Neighbourhood<D> {
             let b = if smallest < least { None } else { tensor::inverse(&sums.moment) };
             *correction = (b.unwrap_or_else(Matrix::identity), smallest);
         });
+    }
+}
+
+/// From each query point to its neighbours (m).
+fn offsets<const D: usize>(
+    list: &NeighbourList,
+    queries: &[Vector<D>],
+    points: &[Vector<D>],
+    out: &mut Vec<Vector<D>>,
+) {
+    out.clear();
+    for (i, at) in queries.iter().enumerate() {
+        out.extend(list.of(i).iter().map(|&j| points[j as usize] - at));
+    }
+}
+
+/// Appends pairs, each (row, neighbour, gradient, offset), behind those that the rows have.
+fn append<const D: usize>(
+    list: &mut NeighbourList,
+    mut pairs: Vec<(u32, u32, Vector<D>, Vector<D>)>,
+    gradients: &mut Vec<Vector<D>>,
+    offsets: &mut Vec<Vector<D>>,
+) {
+    pairs.sort_by_key(|pair| pair.0);
+    let places = list.append(pairs.iter().map(|pair| (pair.0, pair.1)));
+    for (values, of) in [(gradients, 0), (offsets, 1)] {
+        let mut old = std::mem::take(values).into_iter();
+        let mut new = pairs.iter().map(|pair| if of == 0 { pair.2 } else { pair.3 });
+        values.extend(
+            places
+                .iter()
+                .map(|&is_new| if is_new { new.next() } else { old.next() }.expect("a value per pair")),
+        );
     }
 }
 

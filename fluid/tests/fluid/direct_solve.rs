@@ -2,9 +2,11 @@
 //! factorised.
 
 use fluid::Preconditioner;
+use fluid::isph::pressure::adjoint_pair::{self, AdjointPair};
+use fluid::isph::pressure::along::Along;
 use fluid::isph::pressure::conjugate_gradients::{self, Limits};
 use fluid::isph::pressure::preconditioner::PressurePreconditioner;
-use fluid::isph::pressure::pressure_operator::{self, OperatorScratch, PressureOperator};
+use fluid::isph::pressure::pressure_operator::{OperatorScratch, PressureOperator};
 use fluid::particles::neighbourhood::{Bodies, Neighbourhood};
 use nalgebra::{DMatrix, DVector};
 use sph::Vector;
@@ -49,10 +51,10 @@ fn conjugate_gradients_agree_with_a_dense_factorisation() {
     let extra: Vec<f64> =
         (0..n).map(|a| inverse_density * if row(a) + 2 == height as usize { 3.0 } else { 1e-6 }).collect();
     let mut own = Vec::new();
-    pressure_operator::own_gradients(&neighbourhood, &mut own);
+    let along = Along::default();
+    adjoint_pair::own_gradients(&neighbourhood, &along, &mut own);
     let operator = PressureOperator {
-        neighbourhood: &neighbourhood,
-        own: &own,
+        pair: AdjointPair { neighbourhood: &neighbourhood, along: &along, own: &own },
         inverse_density,
         compliance: &[],
         laplacian_share: 0.1,

@@ -203,7 +203,7 @@ impl FluidNumerics {
             shifting: Shifting::Concentration,
             shifting_coefficient: 0.5,
             shifting_limit: 0.2,
-            interface_shifting: true,
+            interface_shifting: false,
             taylor_correction: false,
             contact_distance: 0.25,
         };
@@ -219,6 +219,7 @@ impl FluidNumerics {
                 surface_offset: false,
                 shifting: Shifting::Paper,
                 shifting_coefficient: 0.04,
+                interface_shifting: true,
                 taylor_correction: true,
                 ..energy_consistent
             },

@@ -1,6 +1,8 @@
 //! The pressure Poisson equation: its operator, its solution, and what its pressure does to velocities and
 //! positions.
 
+pub mod adjoint_pair;
+pub mod along;
 pub mod conjugate_gradients;
 pub mod hierarchy;
 pub mod multigrid;

@@ -60,25 +60,25 @@ impl<const D: usize> PressurePreconditioner<D> {
         });
         self.yields.clear();
         if wide {
-            let list = &operator.neighbourhood.fluid_of_structure;
+            let list = &operator.pair.neighbourhood.fluid_of_structure;
             let of_unit_pressure = |s: usize| {
-                let gradients = &operator.neighbourhood.fluid_of_structure_gradients[list.range(s)];
+                let gradients = &operator.pair.neighbourhood.fluid_of_structure_gradients[list.range(s)];
                 gradients.iter().fold(Vector::zeros(), |sum: Vector<D>, g| sum + g) * 2.0
             };
             self.yields.extend(operator.compliance.iter().enumerate().map(|(s, c)| of_unit_pressure(s) * -c));
         }
         let yields = &self.yields;
-        let (list, free) = (&operator.neighbourhood.fluid, operator.free);
+        let (list, free) = (&operator.pair.neighbourhood.fluid, operator.free);
         multigrid.rebuild_rows(list.offsets(), |a, row| {
             if !free[a] {
                 return 1.0;
             }
-            let sums = &operator.neighbourhood.surroundings[a];
+            let sums = &operator.pair.neighbourhood.surroundings[a];
             let one_sided = (sums.fluid_gradient + sums.boundary_gradient) * 2.0;
             let reaction = operator.wide_share * one_sided.norm_squared();
             let taken_up = if yields.is_empty() { 0.0 } else { taken_up(operator, yields, a) };
             let mut total = (operator.extra_diagonal[a] + taken_up) / operator.inverse_density + reaction;
-            for (&b, pair) in list.of(a).iter().zip(&operator.neighbourhood.fluid_pairs[list.range(a)]) {
+            for (&b, pair) in list.of(a).iter().zip(&operator.pair.neighbourhood.fluid_pairs[list.range(a)]) {
                 total += pair.stiffness();
                 if free[b as usize] {
                     row.push(b, -pair.stiffness());
@@ -151,8 +151,8 @@ impl<const D: usize> PressurePreconditioner<D> {
 /// pressure of one take up of the divergence (m³/kg/m²). A row that is negative, of a particle among others
 /// that press from both sides, counts as zero, so that the matrix stays positive.
 fn taken_up<const D: usize>(operator: &PressureOperator<'_, D>, yields: &[Vector<D>], a: usize) -> f64 {
-    let list = &operator.neighbourhood.structure;
-    let gradients = &operator.neighbourhood.structure_gradients[list.range(a)];
+    let list = &operator.pair.neighbourhood.structure;
+    let gradients = &operator.pair.neighbourhood.structure_gradients[list.range(a)];
     let sum = list.of(a).iter().zip(gradients).map(|(&s, g)| 2.0 * g.dot(&yields[s as usize])).sum::<f64>();
     sum.max(0.0)
 }

@@ -2,26 +2,19 @@
 //! allows.
 
 use crate::boundaries::walls::Walls;
+use crate::isph::pressure::along::Along;
 use crate::particles::neighbourhood::Neighbourhood;
 use rayon::prelude::*;
 use sph::{Matrix, Vector, parallel};
 
-/// How much of Eq. (18) a particle may take by its surroundings: none where neighbours are one-sided, none
-/// next to the structure.
+/// How much of Eq. (18) a particle may take by its surroundings: none where neighbours are one-sided.
 ///
 /// `clamp((λ_min − 0.3)/0.2)` with the smallest eigenvalue of the inverse of `B`.
-pub fn confidence<const D: usize>(
-    neighbourhood: &Neighbourhood<D>,
-    corrections: &[(Matrix<D>, f64)],
-    out: &mut Vec<f64>,
-) {
+pub fn confidence<const D: usize>(corrections: &[(Matrix<D>, f64)], out: &mut Vec<f64>) {
     out.resize(corrections.len(), 0.0);
-    out.par_iter_mut().zip(corrections).with_min_len(1024).enumerate().for_each(
-        |(a, (out, (_, smallest)))| {
-            let beside_structure = !neighbourhood.structure.of(a).is_empty();
-            *out = if beside_structure { 0.0 } else { ((smallest - 0.3) / 0.2).clamp(0.0, 1.0) };
-        },
-    );
+    out.par_iter_mut().zip(corrections).with_min_len(1024).for_each(|(out, (_, smallest))| {
+        *out = ((smallest - 0.3) / 0.2).clamp(0.0, 1.0);
+    });
 }
 
 /// Takes the share of Eq. (18) from particles beside walls that move: its `p_w` knows nothing of their
@@ -34,7 +27,7 @@ pub fn none_beside_moving_walls<const D: usize>(
     if !walls.moves() {
         return;
     }
-    let moves = |w: &u32| walls.parts[walls.part_of[*w as usize] as usize].motion.is_some();
+    let moves = |w: &u32| walls.part_moves(walls.part_of[*w as usize] as usize);
     for (a, share) in share.iter_mut().enumerate() {
         if neighbourhood.walls.of(a).iter().any(moves) {
             *share = 0.0;
@@ -43,10 +36,11 @@ pub fn none_beside_moving_walls<const D: usize>(
 }
 
 /// Accelerations (m/s²) by Eq. (18), `−(1/ρ) Σ V (p_b − p_a) B∇W`, with `p_w = p_a − ρ g·r_aw` on walls and
-/// structure.
+/// structure; where `along` has a row, by that row's slope in place of `ρ g` ([`Along::slopes`]).
 pub fn corrected_accelerations<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     corrections: &[(Matrix<D>, f64)],
+    (along, slopes): (&Along<D>, &[Vector<D>]),
     inverse_density: f64,
     gravity: &Vector<D>,
     p: &[f64],
@@ -60,7 +54,8 @@ pub fn corrected_accelerations<const D: usize>(
             gradient += pair.gradient() * (p[b as usize] - p[a]);
         }
         // (1/ρ) Σ V (p_w − p_a) ∇W with p_w − p_a = ρ g·(r_w − r_a).
-        let hydrostatic = neighbourhood.surroundings[a].boundary_moment * gravity;
+        let slope = along.index(a).map_or(*gravity, |i| slopes[i] * inverse_density);
+        let hydrostatic = neighbourhood.surroundings[a].boundary_moment * slope;
         *acceleration = corrections[a].0 * (gradient * -inverse_density - hydrostatic);
     });
 }

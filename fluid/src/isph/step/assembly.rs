@@ -1,10 +1,12 @@
 //! Neighbours, surface, and the operator of the pressure Poisson equation.
 
+use crate::boundaries::ties;
 use crate::error::Error;
 use crate::interface::InterfaceInput;
 use crate::isph::options::{Options, Preconditioner, Scheme};
+use crate::isph::pressure::adjoint_pair::{self, AdjointPair};
 use crate::isph::pressure::hierarchy::{Hierarchy, Origin};
-use crate::isph::pressure::pressure_operator::{self, PressureOperator};
+use crate::isph::pressure::pressure_operator::PressureOperator;
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
 use crate::isph::step::scratch::{ROWS, Scratch, Terms};
@@ -25,8 +27,7 @@ pub(super) fn operator<'a, const D: usize>(
     terms: &'a Terms<D>,
 ) -> PressureOperator<'a, D> {
     PressureOperator {
-        neighbourhood,
-        own: &terms.own,
+        pair: AdjointPair { neighbourhood, along: &terms.along, own: &terms.own },
         inverse_density: 1.0 / properties.density,
         compliance,
         laplacian_share: options.laplacian_share,
@@ -51,7 +52,9 @@ impl<const D: usize> Isph<D> {
             structure_positions,
             structure_volumes: &self.interface.volumes,
         };
-        let Scratch { neighbourhood, corrections, surface, structure_surface, .. } = &mut self.scratch;
+        let Scratch {
+            neighbourhood, corrections, surface, structure_surface, walls_of_structure, ties, ..
+        } = &mut self.scratch;
         let (spacing, volume) = (self.properties.spacing, self.properties.particle_volume);
         neighbourhood.update(&self.kernel, spacing, volume, positions, &bodies);
         neighbourhood.corrections(0.25, corrections);
@@ -63,12 +66,28 @@ impl<const D: usize> Isph<D> {
             &self.interface.volumes,
             &mut self.output.normals,
         );
+        let walls = &self.walls;
+        let outwards = |w: usize| walls.surface_point(walls.part_of[w] as usize, &walls.positions[w], false);
+        ties::find(
+            self.kernel.support(),
+            (&walls.positions, |w| outwards(w).normal),
+            (structure_positions, &self.output.normals, &self.interface_spacings),
+            walls_of_structure,
+            ties,
+        );
+        neighbourhood.tie(ties, &self.kernel, volume, positions, &bodies);
     }
 
     /// Makes the diagonal of Eq. (16) divided by α, and the regularisation.
     pub(super) fn assemble(&mut self) {
         let s = &mut self.scratch;
-        pressure_operator::own_gradients(&s.neighbourhood, &mut s.terms.own);
+        // The paper's gradient, Eq. (18), has ways of its own with boundaries.
+        let carries = self.options.scheme == Scheme::EnergyConsistent;
+        let (walls, near) = (&self.walls, &s.neighbourhood);
+        let moves = |w: &u32| walls.part_moves(walls.part_of[*w as usize] as usize);
+        let beside = |a: usize| !near.structure.of(a).is_empty() || near.walls.of(a).iter().any(moves);
+        s.terms.along.find(near, |a| carries && beside(a));
+        adjoint_pair::own_gradients(&s.neighbourhood, &s.terms.along, &mut s.terms.own);
         let unit = 1.0 / (self.properties.density * self.properties.spacing.powi(2));
         s.terms.extra_diagonal.clear();
         s.terms.extra_diagonal.resize(s.terms.own.len(), 0.0);

@@ -67,10 +67,10 @@ impl<const D: usize> Isph<D> {
         done(Stage::PositionProjection);
         self.solve_pressure(accepted, time, dt, trial, &mut report)?; //     (14)–(17)
         done(Stage::PressureSolve);
-        self.correct_velocity(dt, structure, trial, &mut report); //         (18)
+        self.correct_velocity(dt, trial, &mut report); //                    (18)
         done(Stage::Velocity);
         self.move_particles(accepted, dt, structure, trial, &mut report); // (19)–(31)
-        self.load_boundaries(accepted, dt, structure, trial); //             (46), (48)
+        self.load_boundaries(dt, structure, trial, &mut report); //          (46), (48)
         self.shift_pressures(trial); //                                      (32)
         self.account(accepted, time, trial, &mut report)?;
         trial.last_dt = dt;

@@ -1,12 +1,14 @@
 //! The velocity without pressure.
 
+use crate::boundaries::ties;
 use crate::interface::InterfaceInput;
 use crate::isph::interface_load;
 use crate::isph::options::Tearing;
-use crate::isph::pressure::pressure_operator;
+use crate::isph::pressure::adjoint_pair::AdjointPair;
+use crate::isph::pressure::along::BoundaryVelocities;
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
-use crate::isph::step::scratch::ROWS;
+use crate::isph::step::scratch::{ROWS, Scratch};
 use crate::isph::surface::tearing;
 use crate::isph::viscosity::{self, ViscousInput};
 use crate::report::StepReport;
@@ -72,15 +74,19 @@ impl<const D: usize> Isph<D> {
                 *u += held * (dt * c);
             }
         }
-        let (walls, list) = (&self.walls, &s.neighbourhood.walls);
-        s.wall_rate.clear();
-        if walls.velocities.iter().any(|u| *u != Vector::<D>::zeros()) {
-            s.wall_rate.extend((0..accepted.len()).map(|a| {
-                let gradients = &s.neighbourhood.wall_gradients[list.range(a)];
-                let speed = |w: u32| walls.velocities[w as usize];
-                list.of(a).iter().zip(gradients).map(|(&w, g)| 2.0 * g.dot(&speed(w))).sum::<f64>()
-            }));
-        }
+        let near = &s.neighbourhood.walls;
+        self.walls.velocities_across(&accepted.positions, near, &mut s.wall_velocities);
+        ties::leave_to_structure(&s.ties, self.walls.positions.len(), near, &mut s.wall_velocities);
+    }
+
+    /// `D u*` (1/s) of every particle.
+    pub(super) fn predicted_divergence(scratch: &mut Scratch<D>, out: &mut Vec<f64>) {
+        let Scratch { neighbourhood, terms, predicted, operator, .. } = scratch;
+        let pair = AdjointPair { neighbourhood, along: &terms.along, own: &terms.own };
+        let boundaries =
+            BoundaryVelocities { walls: &scratch.wall_velocities, structure: &scratch.predicted_structure };
+        operator.fluid.clone_from(predicted);
+        pair.divergence(&mut operator.fluid, &boundaries, &mut operator.own_terms, out);
     }
 
     /// Settles which pressures are known, and tells the preconditioner.
@@ -88,19 +94,12 @@ impl<const D: usize> Isph<D> {
         let s = &mut self.scratch;
         s.torn.clear();
         if self.options.tearing != Tearing::Off {
-            let (own, structure) = (&s.terms.own, &s.predicted_structure);
-            let parting = &mut s.parting;
-            pressure_operator::divergence(
-                &s.neighbourhood,
-                own,
-                &s.predicted,
-                &s.wall_rate,
-                structure,
-                parting,
-            );
+            let mut parting = std::mem::take(&mut s.parting);
+            Self::predicted_divergence(s, &mut parting);
+            s.parting = parting;
             let limit = -tearing::LIMIT * self.properties.density * self.reference_velocity.powi(2);
             let law = (self.options.tearing, limit);
-            tearing::find(law, parting, &s.neighbourhood, accepted, &mut s.surface, &mut s.torn);
+            tearing::find(law, &s.parting, &s.neighbourhood, accepted, &mut s.surface, &mut s.torn);
         }
         s.preconditioner.fit(&s.surface.free, &s.diagonal, 1.0 / self.properties.density);
     }

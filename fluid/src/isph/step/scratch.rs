@@ -1,7 +1,9 @@
 //! Memory of a step.
 
+use crate::boundaries::ties::Tie;
 use crate::interface::StructureSurface;
 use crate::isph::interface_load::WallForces;
+use crate::isph::pressure::along::Along;
 use crate::isph::pressure::conjugate_gradients;
 use crate::isph::pressure::hierarchy::Origin;
 use crate::isph::pressure::preconditioner::PressurePreconditioner;
@@ -10,13 +12,16 @@ use crate::isph::surface::detection::Surface;
 use crate::isph::surface::surface_offset::Outside;
 use crate::particles::neighbourhood::Neighbourhood;
 use crate::particles::order::ParticleOrder;
+use sph::neighbours::NeighbourList;
 use sph::{Matrix, Vector};
 use std::sync::Arc;
 
 /// What the operator is made of besides neighbours and surface, one entry a particle.
 #[derive(Default)]
 pub struct Terms<const D: usize> {
-    /// `Σ V ∇W` with the weight 2 on walls and structure (1/m).
+    /// What boundaries carry of the pressure's gradient.
+    pub along: Along<D>,
+    /// What a particle's own pressure is multiplied by in its gradient (1/m).
     pub own: Vec<Vector<D>>,
     /// What regularisation and Eq. (16) add to the operator's diagonal (m³/kg/m²).
     pub extra_diagonal: Vec<f64>,
@@ -38,7 +43,12 @@ pub struct Scratch<const D: usize> {
     pub diagonal: Vec<f64>,
     pub right: Vec<f64>,
     pub outside: Outside,
-    pub wall_rate: Vec<f64>,
+    /// Velocity of the wall across its surface (m/s), one entry per pair of fluid and wall; empty where no
+    /// wall moves.
+    pub wall_velocities: Vec<Vector<D>>,
+    /// Wall particles around structure, and those that stand for it.
+    pub walls_of_structure: NeighbourList,
+    pub ties: Vec<Tie<D>>,
     pub preconditioner: PressurePreconditioner<D>,
     pub prepared_for: Option<Arc<Origin<D>>>,
     pub solver: conjugate_gradients::Scratch,
@@ -57,7 +67,11 @@ pub struct Scratch<const D: usize> {
     pub position_shifts: Vec<Vector<D>>,
     /// Change of velocity (m/s) that Eq. (18) makes to that by the symmetric gradient.
     pub differences: Vec<Vector<D>>,
-    /// `2 Σ_a V p_a ∇W_sa` (Pa/m): what the projection lays on the structure.
+    /// `G_a` (Pa/m) of the last pressure along boundaries, one entry per row of [`Along`].
+    pub gradients_along: Vec<Vector<D>>,
+    /// The same as Eq. (18) carries it.
+    pub slopes: Vec<Vector<D>>,
+    /// `g_s` (Pa/m): what the projection lays on the structure.
     pub structure_gradients: Vec<Vector<D>>,
     /// Shifts (m) of Eqs. (21)–(30).
     pub shifts: Vec<Vector<D>>,

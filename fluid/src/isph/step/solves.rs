@@ -4,7 +4,7 @@ use crate::error::Error;
 use crate::isph::pressure::conjugate_gradients::{self, Limits};
 use crate::isph::pressure::position_projection;
 use crate::isph::pressure::preconditioner::PressurePreconditioner;
-use crate::isph::pressure::pressure_operator::{self, OperatorScratch, PressureOperator};
+use crate::isph::pressure::pressure_operator::{OperatorScratch, PressureOperator};
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
 use crate::isph::step::assembly::operator;
@@ -46,13 +46,7 @@ impl<const D: usize> Isph<D> {
         require(&report.position_solve, "position correction", time, limits)?;
         let limit = 0.1 * self.properties.spacing;
         let inverse_density = 1.0 / self.properties.density;
-        pressure_operator::fluid_accelerations(
-            &s.neighbourhood,
-            &s.terms.own,
-            inverse_density,
-            q,
-            &mut s.position_shifts,
-        );
+        a.pair.accelerations(inverse_density, q, &mut s.position_shifts);
         position_projection::limit(&mut s.position_shifts, limit);
         Ok(())
     }
@@ -67,20 +61,15 @@ impl<const D: usize> Isph<D> {
         report: &mut StepReport<D>,
     ) -> Result<(), Error> {
         let s = &mut self.scratch;
+        let mut right = std::mem::take(&mut s.right);
+        Self::predicted_divergence(s, &mut right);
+        s.right = right;
         let a = operator(
             (&self.properties, &self.options),
             &self.compliance,
             &s.neighbourhood,
             &s.surface,
             &s.terms,
-        );
-        pressure_operator::divergence(
-            &s.neighbourhood,
-            &s.terms.own,
-            &s.predicted,
-            &s.wall_rate,
-            &s.predicted_structure,
-            &mut s.right,
         );
         s.right.par_iter_mut().with_min_len(ROWS).for_each(|b| *b *= -1.0 / dt);
         if self.options.surface_offset {

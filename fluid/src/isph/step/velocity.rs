@@ -1,63 +1,54 @@
 //! From pressure to velocity, and the loads that go with it.
 
 use crate::interface::InterfaceInput;
-use crate::isph::interface_load;
+use crate::isph::interface_load::{self, Carried};
 use crate::isph::options::{Load, Scheme};
-use crate::isph::pressure::pressure_operator;
+use crate::isph::pressure::adjoint_pair::AdjointPair;
 use crate::isph::pressure::velocity_correction;
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
 use crate::isph::step::scratch::ROWS;
 use crate::report::StepReport;
 use rayon::prelude::*;
-use sph::{Vector, parallel};
+use sph::parallel;
 
 impl<const D: usize> Isph<D> {
     /// `u = u* + Δt a(p)`, Eq. (18): the symmetric gradient, and of the corrected one what does not raise the
     /// energy.
-    pub(super) fn correct_velocity(
-        &mut self,
-        dt: f64,
-        structure: &InterfaceInput<'_, D>,
-        trial: &mut State<D>,
-        report: &mut StepReport<D>,
-    ) {
+    pub(super) fn correct_velocity(&mut self, dt: f64, trial: &mut State<D>, report: &mut StepReport<D>) {
         let s = &mut self.scratch;
         let inverse_density = 1.0 / self.properties.density;
         let mass = self.properties.density * self.properties.particle_volume;
         let p = &trial.pressures;
         let paper = self.options.scheme == Scheme::Paper;
-        pressure_operator::fluid_accelerations(
-            &s.neighbourhood,
-            &s.terms.own,
-            inverse_density,
-            p,
-            &mut s.operator.fluid,
-        );
-        pressure_operator::structure_gradients(&s.neighbourhood, p, &mut s.structure_gradients);
+        let pair = AdjointPair { neighbourhood: &s.neighbourhood, along: &s.terms.along, own: &s.terms.own };
+        pair.accelerations(inverse_density, p, &mut s.operator.fluid);
+        pair.structure_gradients(p, &mut s.gradients_along, &mut s.structure_gradients);
+        let weight = self.properties.gravity * self.properties.density;
+        s.terms.along.slopes(&weight, &s.gradients_along, &mut s.slopes);
 
         let velocities = &mut trial.velocities;
         let with_pressure =
             velocities.par_iter_mut().zip(&s.predicted).zip(&s.operator.fluid).with_min_len(ROWS);
         with_pressure.for_each(|((u, predicted), a)| *u = predicted + a * dt);
         // Work of moving boundaries, by the transpose: what the projection itself may have given the fluid.
-        let compliance = &self.compliance;
-        report.structure_work = dt
-            * (0..structure.positions.len())
-                .map(|i| {
-                    let g = s.structure_gradients[i];
-                    let yielding = compliance.get(i).map_or(Vector::zeros(), |c| g * (0.5 * dt * c));
-                    self.interface.volumes[i] * g.dot(&(s.predicted_structure[i] - yielding))
-                })
-                .sum::<f64>();
+        let interface = (&self.interface, self.compliance.as_slice());
+        let structure_work =
+            interface_load::structure_work(interface, &s.predicted_structure, &s.structure_gradients, dt);
         let volume = self.properties.particle_volume;
-        report.wall_work = -dt * volume * s.wall_rate.iter().zip(p).map(|(rate, p)| rate * p).sum::<f64>();
+        report.wall_work = interface_load::wall_work(
+            (&s.neighbourhood, &s.terms.along),
+            (p, &s.gradients_along),
+            &s.wall_velocities,
+        ) * volume
+            * dt;
 
         s.confidence.clear();
         if self.options.corrected_gradient {
             velocity_correction::corrected_accelerations(
                 &s.neighbourhood,
                 &s.corrections,
+                (&s.terms.along, &s.slopes),
                 inverse_density,
                 &self.properties.gravity,
                 p,
@@ -66,7 +57,7 @@ impl<const D: usize> Isph<D> {
             if paper {
                 s.confidence.resize(p.len(), 1.0);
             } else {
-                velocity_correction::confidence(&s.neighbourhood, &s.corrections, &mut s.confidence);
+                velocity_correction::confidence(&s.corrections, &mut s.confidence);
                 velocity_correction::none_beside_moving_walls(
                     &s.neighbourhood,
                     &self.walls,
@@ -78,7 +69,7 @@ impl<const D: usize> Isph<D> {
             let taken =
                 mass * parallel::sum(p.len(), |a| {
                     0.5 * (s.predicted[a].norm_squared() - velocities[a].norm_squared())
-                }) + report.structure_work
+                }) + structure_work
                     + report.wall_work;
             let kinetic = 0.5 * mass * parallel::sum(p.len(), |a| velocities[a].norm_squared());
             let scale = mass * p.len() as f64 * self.reference_velocity.powi(2);
@@ -110,41 +101,33 @@ impl<const D: usize> Isph<D> {
     /// Eq. (32) belong to places to which the particles have been shifted.
     pub(super) fn load_boundaries(
         &mut self,
-        accepted: &State<D>,
         dt: f64,
         structure: &InterfaceInput<'_, D>,
         trial: &State<D>,
+        report: &mut StepReport<D>,
     ) {
         let s = &mut self.scratch;
         let p = &trial.pressures;
-        interface_load::pair_reactions(
-            &s.neighbourhood,
-            &s.corrections,
-            &s.confidence,
-            &self.properties,
-            (&accepted.positions, structure.positions),
-            p,
-            &mut self.output.pair_reactions,
-        );
+        let carried = Carried {
+            along: &s.terms.along,
+            gradients: &s.gradients_along,
+            slopes: &s.slopes,
+            weight: self.properties.gravity * self.properties.density,
+            share: &s.confidence,
+            corrections: &s.corrections,
+        };
+        let whole = self.options.scheme == Scheme::EnergyConsistent;
+        interface_load::pair_reactions(&s.neighbourhood, &carried, whole, p, &mut self.output.pair_reactions);
         interface_load::pressures(&s.neighbourhood, p, &mut self.output.pressures);
         s.wall_forces.add_pressures(
-            (&s.neighbourhood, &s.corrections),
+            &s.neighbourhood,
+            &carried,
             &self.walls,
-            &self.properties,
-            &accepted.positions,
-            &s.confidence,
+            self.properties.particle_volume,
             p,
         );
-        let impulses = s.contact_impulses.iter().zip(&self.interface.volumes);
-        for (reaction, (impulse, volume)) in self.output.pair_reactions.iter_mut().zip(impulses) {
-            *reaction += impulse / (dt * volume);
-        }
-        let mass = self.properties.particle_mass();
-        for (part, change) in s.wall_contacts.drain(..) {
-            s.wall_forces.forces[part] -= change * (mass / dt);
-        }
         match self.options.load {
-            Load::Transpose => self.output.pressure_gradients.clone_from(&s.structure_gradients),
+            Load::Transpose => self.output.pressure_gradients.clone_from(&self.output.pair_reactions),
             Load::PressureGradient => interface_load::pressure_gradient_load(
                 &s.neighbourhood,
                 &self.kernel,
@@ -153,6 +136,21 @@ impl<const D: usize> Isph<D> {
                 &self.output.pressures,
                 &mut self.output.pressure_gradients,
             ),
+        }
+        let interface = (&self.interface, self.compliance.as_slice());
+        report.structure_work = interface_load::structure_work(
+            interface,
+            &s.predicted_structure,
+            &self.output.pressure_gradients,
+            dt,
+        );
+        let impulses = s.contact_impulses.iter().zip(&self.interface.volumes);
+        for (reaction, (impulse, volume)) in self.output.pair_reactions.iter_mut().zip(impulses) {
+            *reaction += impulse / (dt * volume);
+        }
+        let mass = self.properties.particle_mass();
+        for (part, change) in s.wall_contacts.drain(..) {
+            s.wall_forces.forces[part] -= change * (mass / dt);
         }
     }
 }
