@@ -7,6 +7,7 @@ mod models;
 mod multigrid;
 mod operators;
 mod order;
+mod still_water;
 mod surface;
 mod tearing;
 mod time_step;
