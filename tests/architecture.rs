@@ -141,3 +141,15 @@ fn the_coupling_loop_knows_no_file_socket_or_clock() {
         }
     }
 }
+
+/// Another transport is another implementation of `Link`, and nothing beside it changes.
+#[test]
+fn one_transport_knows_iceoryx2() {
+    for file in rust_files("interfaces") {
+        if file.components().any(|c| c.as_os_str() == "iceoryx2") {
+            continue;
+        }
+        let text = fs::read_to_string(&file).expect("a readable source");
+        assert!(!text.contains("use iceoryx2::"), "{}", file.display());
+    }
+}

@@ -4,10 +4,11 @@
 //! probes and balances.
 
 mod ledger;
+mod saved;
 mod setup;
 mod snapshot;
 
-use crate::{Error, Fluid, InterfaceInput, InterfaceParticles, State};
+use crate::{Error, Fluid, InterfaceInput, InterfaceOutput, InterfaceParticles, State};
 use interfaces::case::Case;
 use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
 use interfaces::port::names;
@@ -93,6 +94,9 @@ struct FluidParticipant<const D: usize> {
     probes: Vec<Probe>,
     end_of_trial: f64,
     report: Option<WindowReport>,
+    /// Limit and scalars at the end of the last solution: between windows, of the accepted state. They depend
+    /// on more than that, as does the load.
+    ready: Readiness,
     snapshots: Snapshots,
 }
 
@@ -113,6 +117,7 @@ impl<const D: usize> FluidParticipant<D> {
             probes,
             end_of_trial: 0.0,
             report: None,
+            ready: Readiness { window_limit: f64::INFINITY, scalars: Vec::new() },
             snapshots: Snapshots::create(out)?,
             fluid,
             made,
@@ -225,14 +230,17 @@ impl<const D: usize> Participant for FluidParticipant<D> {
             volumes: inputs.get(names::REFERENCE_VOLUME).unwrap_or_default().to_vec(),
             densities: inputs.get(names::DENSITY).unwrap_or_default().to_vec(),
         };
+        let points = interface.volumes.len();
         self.fluid = build(&self.made, interface)?;
+        self.fluid.output = InterfaceOutput::at_rest(points);
         self.take_motion(inputs);
         self.accepted_ledger = Ledger::at_start(&self.fluid, &self.accepted);
         self.made.walls.move_to(start, 1.0);
         self.snapshots.write_walls(start, &self.made.walls)?;
         self.snapshots.write(start, &self.accepted)?;
         let scalars = self.scalars(&self.accepted, &self.accepted_ledger);
-        Ok(Readiness { window_limit: self.window_limit(&self.accepted, start), scalars })
+        self.ready = Readiness { window_limit: self.window_limit(&self.accepted, start), scalars };
+        Ok(self.ready.clone())
     }
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
@@ -247,10 +255,14 @@ impl<const D: usize> Participant for FluidParticipant<D> {
         let step = step.map_err(|error| self.explain(&error, window.start))?;
         self.trial_ledger = self.accepted_ledger.after(&step, &self.trial);
         self.end_of_trial = window.end();
-        self.report = Some(WindowReport {
-            sub_steps: 1,
+        self.ready = Readiness {
             window_limit: self.window_limit(&self.trial, self.end_of_trial),
             scalars: self.scalars(&self.trial, &self.trial_ledger),
+        };
+        self.report = Some(WindowReport {
+            sub_steps: 1,
+            window_limit: self.ready.window_limit,
+            scalars: self.ready.scalars.clone(),
             compute_seconds: started.elapsed().as_secs_f64(),
         });
         Ok(())
@@ -277,14 +289,18 @@ impl<const D: usize> Participant for FluidParticipant<D> {
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
         let mut bytes = self.accepted_ledger.to_bytes();
         bytes.extend(self.accepted.to_bytes());
-        Ok(bytes)
+        Ok(saved::to_bytes(&self.ready, &self.fluid.output, &bytes))
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let (ready, output, state) = saved::from_bytes(state, &self.fluid.output).map_err(failed)?;
         let (ledger, rest) = Ledger::from_bytes(state).ok_or_else(|| failed("the saved state is cut off"))?;
         self.accepted = State::from_bytes(rest).map_err(failed)?;
         self.accepted_ledger = ledger;
-        Ok(())
+        self.fluid.output = output;
+        self.ready.clone_from(&ready);
+        self.give_load(outputs);
+        Ok(ready)
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

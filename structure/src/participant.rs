@@ -20,6 +20,7 @@ use snapshot::Snapshots;
 use sph::Vector;
 use std::path::Path;
 use std::time::Instant;
+use words::bytes;
 
 /// Most sub-steps in a window of a structure without a partner, which nobody else limits: its stable step is
 /// found between windows.
@@ -99,6 +100,9 @@ fn failed(error: impl std::fmt::Display) -> ParticipantError {
     ParticipantError::failed(error.to_string())
 }
 
+/// First bytes of a saved state; the last is the version of its layout.
+const MAGIC: &[u8; 8] = b"mnscstr1";
+
 /// What a probe reads.
 enum Reader<const D: usize> {
     Displacement(MaterialPoint<D>),
@@ -122,6 +126,9 @@ struct StructureParticipant<const D: usize> {
     most_sub_steps: Option<u32>,
     readers: Vec<Reader<D>>,
     report: Option<WindowReport>,
+    /// Limit and scalars at the end of the last solution: between windows, of the accepted state. Some depend
+    /// on the load, which the state does not have.
+    ready: Readiness,
     derived: Derived<D>,
     snapshots: Option<Snapshots<D>>,
 }
@@ -146,6 +153,7 @@ impl<const D: usize> StructureParticipant<D> {
             start_load: linear_load(case).then(|| vec![Vector::zeros(); points]),
             readers,
             report: None,
+            ready: Readiness { window_limit: f64::INFINITY, scalars: Vec::new() },
             derived: Derived::default(),
             snapshots: out.map(|out| Snapshots::create(out, &structure)).transpose()?,
             structure,
@@ -241,10 +249,11 @@ impl<const D: usize> Participant for StructureParticipant<D> {
         }
         self.give_motion(&self.accepted, outputs);
         self.write_snapshot()?;
-        Ok(Readiness {
+        self.ready = Readiness {
             window_limit: self.window_limit(&self.accepted),
             scalars: self.scalars(&self.accepted),
-        })
+        };
+        Ok(self.ready.clone())
     }
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
@@ -265,10 +274,12 @@ impl<const D: usize> Participant for StructureParticipant<D> {
         self.structure
             .advance(&self.accepted, &mut self.trial, window.size, sub_steps, &load)
             .map_err(failed)?;
+        self.ready =
+            Readiness { window_limit: self.window_limit(&self.trial), scalars: self.scalars(&self.trial) };
         self.report = Some(WindowReport {
             sub_steps: sub_steps as u32,
-            window_limit: self.window_limit(&self.trial),
-            scalars: self.scalars(&self.trial),
+            window_limit: self.ready.window_limit,
+            scalars: self.ready.scalars.clone(),
             compute_seconds: started.elapsed().as_secs_f64(),
         });
         Ok(())
@@ -288,13 +299,27 @@ impl<const D: usize> Participant for StructureParticipant<D> {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        Ok(saved::to_bytes(&self.accepted))
+        let mut state = bytes::Writer::new(MAGIC);
+        state.f64(self.ready.window_limit);
+        state.f64s(&self.ready.scalars);
+        state.bytes(&saved::to_bytes(&self.accepted));
+        Ok(state.finish())
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        self.accepted = saved::from_bytes(state, self.structure.len())
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let read = || {
+            let mut state = bytes::Reader::new("structure's state", MAGIC, state)?;
+            let window_limit = state.f64("window limit")?;
+            let scalars = state.f64s("scalars", Some(self.description.scalars.len()))?;
+            let own = state.bytes("particles")?;
+            state.finish().map(|()| (Readiness { window_limit, scalars }, own))
+        };
+        let (ready, own) = read().map_err(|error: bytes::Error| failed(error))?;
+        self.accepted = saved::from_bytes(own, self.structure.len())
             .ok_or_else(|| failed("the saved state is not one of this structure"))?;
-        Ok(())
+        self.ready.clone_from(&ready);
+        self.give_motion(&self.accepted, outputs);
+        Ok(ready)
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

@@ -101,6 +101,21 @@ impl Scripted {
         Ok(())
     }
 
+    /// What stood there when the script was at its place: what was given last, field by field.
+    fn give_last(&self, outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let played = &self.script.solutions[..self.played];
+        for given in std::iter::once(&self.script.given).chain(played.iter().map(|s| &s.given)) {
+            give(given, outputs)?;
+        }
+        Ok(played.last().map_or_else(
+            || self.script.readiness.clone(),
+            |Solution { report, .. }| Readiness {
+                window_limit: report.window_limit,
+                scalars: report.scalars.clone(),
+            },
+        ))
+    }
+
     fn same(&self, expected: f64, found: f64) -> bool {
         (expected - found).abs() <= self.script.tolerance * expected.abs().max(1.0)
     }
@@ -195,12 +210,12 @@ impl Participant for Scripted {
         Ok((self.played as u64).to_le_bytes().to_vec())
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
         let played = state.try_into().ok().map(|bytes| u64::from_le_bytes(bytes) as usize);
         match played {
             Some(played) if played <= self.script.solutions.len() => {
                 (self.played, self.open) = (played, Open::Nothing);
-                Ok(())
+                self.give_last(outputs)
             }
             _ => self.fail("it restored a state that is no place in the script"),
         }

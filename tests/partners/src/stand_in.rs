@@ -66,6 +66,10 @@ impl<M: Model> StandIn<M> {
         &self.model
     }
 
+    fn readiness(&self) -> Readiness {
+        Readiness { window_limit: self.window_limit, scalars: self.model.scalars(&self.accepted) }
+    }
+
     fn check_lengths(&self, fields: &Fields, direction: Direction) -> Result<(), ParticipantError> {
         for port in self.description.ports.iter().filter(|p| p.direction == direction) {
             let port = Port { points: port.points.or(Some(self.points)), ..port.clone() };
@@ -100,7 +104,7 @@ impl<M: Model> Participant for StandIn<M> {
         self.accepted = self.model.initial(start, inputs)?;
         self.model.constants(outputs);
         self.model.outputs(&self.accepted, outputs);
-        Ok(Readiness { window_limit: self.window_limit, scalars: self.model.scalars(&self.accepted) })
+        Ok(self.readiness())
     }
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
@@ -132,7 +136,7 @@ impl<M: Model> Participant for StandIn<M> {
         Ok(self.accepted.iter().flat_map(|v| v.to_le_bytes()).collect())
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
         let expected = 8 * self.accepted.len();
         if state.len() != expected {
             let what = format!("a saved state of {} bytes came where {expected} belong", state.len());
@@ -141,7 +145,8 @@ impl<M: Model> Participant for StandIn<M> {
         let (values, _) = state.as_chunks::<8>();
         self.accepted = values.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
         self.trial = None;
-        Ok(())
+        self.model.outputs(&self.accepted, outputs);
+        Ok(self.readiness())
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {
