@@ -276,3 +276,15 @@ fn take_apart<'a>(code: &'a str, stem: &[String], paths: &mut Vec<Vec<String>>) 
         None => rest,
     }
 }
+
+/// Another transport is another implementation of `Link`, and nothing beside it changes.
+#[test]
+fn one_transport_knows_iceoryx2() {
+    for file in rust_files("interfaces") {
+        if file.components().any(|c| c.as_os_str() == "iceoryx2") {
+            continue;
+        }
+        let text = fs::read_to_string(&file).expect("a readable source");
+        assert!(!text.contains("use iceoryx2::"), "{}", file.display());
+    }
+}

@@ -1,7 +1,8 @@
 //! Couples a fluid and a structure: time windows, sub-steps, condition (46), launching of participants,
 //! records.
 //!
-//! Start at [`schemes::serial_explicit`], the coupling loop, and [`schemes::implicit`], the iterated one.
+//! Start at [`schemes::serial_explicit`], what is done in a window, [`schemes::implicit`], the same iterated,
+//! and [`schemes::run`], the loop over windows, whose run is a value that can be saved between two of them.
 //! They see participants and slices: no socket, no file, no wall clock, and neither solver by name.
 //! [`schedule`] keeps the time, [`condition46`] the balance along the normals. [`mapping`] carries motion and
 //! forces between point sets that do not match; [`mapped`] puts a structure behind one, or a fluid. The loop

@@ -3,13 +3,14 @@
 //!
 //! The structure names its own points, such as the vertices of a boundary mesh, and its facets. The fluid
 //! meets particles on a lattice in the bodies of the case. Motion goes to them by the weights of a
-//! [`Mapping`] (`u_t = Σ W_ts u_s`, of displacements since the weights were made); loads on them come back by
+//! [mapping](crate::mapping) (`u_t = Σ W_ts u_s`, of displacements since the weights were made); loads on them come back by
 //! the transpose, as forces: force, moment and power are kept. A rigid motion stays one. Everything between
 //! fluid and structure is on the fluid's side of the mapping: condition (46), acceleration, records.
 
 pub mod fluid;
+mod weights;
 
-use crate::mapping::{Mapping, MappingError, Method, POINTS_PER_CLUSTER, Settings};
+use crate::mapping::{Method, POINTS_PER_CLUSTER, Settings};
 use crate::phase::{Announce, Phase};
 use interfaces::case::Case;
 use interfaces::case::coupling::{self, MappingMethod};
@@ -18,6 +19,7 @@ use interfaces::{
     Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, TimeWindow,
     WindowReport,
 };
+use weights::{Weights, initialised};
 
 /// Particles that fill the bodies of a case.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -64,14 +66,12 @@ pub struct Mapped<P> {
     /// The structure's own fields.
     inputs: Fields,
     outputs: Fields,
-    /// Made at initialisation.
-    mapping: Option<Mapping>,
-    /// Positions for which the weights were made (m): the structure's, the particles'.
-    made_at: [Vec<f64>; 2],
-    /// Positions of the particles at the last solution's end (m).
-    positions: Vec<f64>,
-    /// Forces on the particles (N); displacements of the structure's points (m).
-    scratch: [Vec<f64>; 2],
+    /// From the structure's points to the particles; made at initialisation.
+    weights: Option<Weights>,
+    /// Whether the next window starts with weights that are made anew.
+    stale: bool,
+    /// Forces on the particles (N).
+    forces: Vec<f64>,
 }
 
 /// Which of the structure's ports takes the load that the coupling has under that name.
@@ -125,15 +125,14 @@ impl<P: Participant> Mapped<P> {
             inner,
             description,
             choice,
-            positions: filling.positions.clone(),
             filling,
             announce,
             threads: 1,
             inputs: Fields::default(),
             outputs: Fields::default(),
-            mapping: None,
-            made_at: [Vec::new(), Vec::new()],
-            scratch: [Vec::new(), Vec::new()],
+            weights: None,
+            stale: false,
+            forces: Vec::new(),
         })
     }
 
@@ -168,20 +167,19 @@ impl<P: Participant> Mapped<P> {
 
     /// The structure's loads from those on the particles.
     fn take_loads(&mut self, given: &Fields) -> Result<(), ParticipantError> {
-        let Self { inputs, outputs, filling, mapping, scratch, description, .. } = self;
-        let (mapping, d) = (initialised(mapping), description.dimension);
+        let Self { inputs, outputs, filling, weights, forces, description, .. } = self;
+        let (mapping, d) = (initialised(weights).mapping(), description.dimension);
         for (name, force_name) in LOADS {
             let Some(load) = given.get(name) else { continue };
             if let Some(force) = inputs.get_mut(force_name) {
-                let of_particles = &mut scratch[0];
-                of_particles.resize(load.len(), 0.0);
-                let each = of_particles.chunks_exact_mut(d).zip(load.chunks_exact(d)).zip(&filling.volumes);
+                forces.resize(load.len(), 0.0);
+                let each = forces.chunks_exact_mut(d).zip(load.chunks_exact(d)).zip(&filling.volumes);
                 for ((force, gradient), volume) in each {
                     for (f, g) in force.iter_mut().zip(gradient) {
                         *f = -volume * g;
                     }
                 }
-                mapping.conservative(d, of_particles, force);
+                mapping.conservative(d, forces, force);
             } else if let Some(gradient) = inputs.get_mut(name) {
                 let volumes = outputs.get(names::REFERENCE_VOLUME).unwrap_or(&[]);
                 mapping
@@ -194,61 +192,18 @@ impl<P: Participant> Mapped<P> {
 
     /// The particles' motion from that of the structure.
     fn give_motion(&mut self, given: &mut Fields) {
-        let Self { outputs, mapping, made_at, scratch, description, positions, .. } = self;
-        let (mapping, d) = (initialised(mapping), description.dimension);
-        if let Some(own) = outputs.get(names::POSITION) {
-            let displacement = &mut scratch[1];
-            displacement.clear();
-            displacement.extend(own.iter().zip(&made_at[0]).map(|(now, then)| now - then));
-            mapping.consistent(d, displacement, positions);
-            positions.iter_mut().zip(&made_at[1]).for_each(|(x, then)| *x += then);
-            if let Some(field) = given.get_mut(names::POSITION) {
-                field.copy_from_slice(positions);
-            }
+        let Self { outputs, weights, description, .. } = self;
+        let weights = initialised(weights);
+        if let (Some(own), Some(field)) = (outputs.get(names::POSITION), given.get_mut(names::POSITION)) {
+            weights.position(own, field);
         }
         if let (Some(own), Some(field)) = (outputs.get(names::VELOCITY), given.get_mut(names::VELOCITY)) {
-            mapping.consistent(d, own, field);
+            weights.mapping().consistent(description.dimension, own, field);
         }
     }
-
-    /// Makes the weights for where the points are now.
-    fn rebuild(&mut self) -> Result<(), ParticipantError> {
-        let own = self.outputs.get(names::POSITION).unwrap_or(&[]);
-        let [source, target] = &mut self.made_at;
-        source.copy_from_slice(own);
-        target.copy_from_slice(&self.positions);
-        self.mapping
-            .as_mut()
-            .expect("a mapping is made at initialisation, which comes before all else")
-            .update(source, target)
-            .map_err(failed)
-    }
 }
 
-/// Where weights were made, for a saved state.
-fn bytes_of(made_at: &[Vec<f64>; 2]) -> Vec<u8> {
-    made_at.iter().flatten().flat_map(|x| x.to_le_bytes()).collect()
-}
-
-/// The same from a saved state; what follows it there is the participant's own.
-fn read_positions<'a>(made_at: &mut [Vec<f64>; 2], state: &'a [u8]) -> Result<&'a [u8], ParticipantError> {
-    let count = made_at[0].len() + made_at[1].len();
-    let (bytes, own) = state
-        .split_at_checked(8 * count)
-        .ok_or_else(|| ParticipantError::failed("the saved state is not one of this mapping"))?;
-    let (values, _) = bytes.as_chunks::<8>();
-    for (x, bytes) in made_at.iter_mut().flatten().zip(values) {
-        *x = f64::from_le_bytes(*bytes);
-    }
-    Ok(own)
-}
-
-fn initialised(mapping: &Option<Mapping>) -> &Mapping {
-    mapping.as_ref().expect("a mapping is made at initialisation, which comes before all else")
-}
-
-#[expect(clippy::needless_pass_by_value, reason = "what map_err gives")]
-fn failed(error: MappingError) -> ParticipantError {
+fn failed(error: impl std::fmt::Display) -> ParticipantError {
     ParticipantError::failed(format!(
         "failed to map between the structure's points and those in its bodies: {error}"
     ))
@@ -276,10 +231,8 @@ impl<P: Participant> Participant for Mapped<P> {
         let own = self.outputs.get(names::POSITION).unwrap_or(&[]).to_vec();
         let announce = self.announce.clone();
         announce.during(Phase::Mapping, || {
-            let mut mapping = Mapping::build(settings, &own, &self.filling.positions).map_err(failed)?;
-            mapping.use_threads(self.threads);
-            self.mapping = Some(mapping);
-            self.made_at = [own, self.filling.positions.clone()];
+            let made_at = [own, self.filling.positions.clone()];
+            self.weights = Some(Weights::build(settings, made_at, self.threads).map_err(failed)?);
             self.give_motion(outputs);
             Ok::<_, ParticipantError>(())
         })?;
@@ -294,7 +247,13 @@ impl<P: Participant> Participant for Mapped<P> {
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
         let announce = self.announce.clone();
-        announce.during(Phase::Mapping, || self.take_loads(inputs))?;
+        announce.during(Phase::Mapping, || {
+            if std::mem::take(&mut self.stale) {
+                let own = self.outputs.get(names::POSITION).unwrap_or(&[]);
+                initialised(&mut self.weights).follow(own).map_err(failed)?;
+            }
+            self.take_loads(inputs)
+        })?;
         self.inner.start(window, &self.inputs)
     }
 
@@ -306,28 +265,25 @@ impl<P: Participant> Participant for Mapped<P> {
     }
 
     fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
-        self.inner.accept(snapshot)?;
-        if self.choice.rebuild {
-            let announce = self.announce.clone();
-            announce.during(Phase::Mapping, || self.rebuild())?;
-        }
-        Ok(())
+        self.stale = self.choice.rebuild;
+        self.inner.accept(snapshot)
     }
 
     /// The structure's state, and where the weights were made.
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        let mut state = bytes_of(&self.made_at);
-        state.extend(self.inner.save()?);
-        Ok(state)
+        let own = self.inner.save()?;
+        Ok(initialised(&mut self.weights).save(&own))
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        let own = read_positions(&mut self.made_at, state)?;
-        let [source, target] = &self.made_at;
-        if let Some(mapping) = &mut self.mapping {
-            mapping.update(source, target).map_err(failed)?;
-        }
-        self.inner.restore(own)
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let announce = self.announce.clone();
+        let weights = initialised(&mut self.weights);
+        let own = announce.during(Phase::Mapping, || weights.restore(state)).map_err(failed)?;
+        let ready = self.inner.restore(own, &mut self.outputs)?;
+        announce.during(Phase::Mapping, || self.give_motion(outputs));
+        // Of a state before the first window, weights made anew are the same.
+        self.stale = self.choice.rebuild;
+        Ok(ready)
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

@@ -12,6 +12,7 @@ use output::summary::{
 use output::table::{self, Columns, Table};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use words::bytes::{self, Reader, Writer};
 
 /// File of one row a window.
 pub const WINDOWS: &str = "windows.csv";
@@ -31,6 +32,8 @@ pub struct Records {
     probes: Option<Table>,
     iterations: Option<Table>,
     solved: IterationSums,
+    /// Rows of the windows' table.
+    rows: u64,
     dimension: usize,
     coupled: bool,
     impulse_given: [f64; 3],
@@ -94,6 +97,7 @@ impl Records {
             probes,
             iterations: None,
             solved: IterationSums::default(),
+            rows: 0,
             dimension,
             coupled,
             impulse_given: [0.0; 3],
@@ -166,6 +170,7 @@ impl Records {
         let written = self.windows.row(&row);
         self.row = row;
         written?;
+        self.rows += 1;
         self.probe_row(accepted.time, sides)?;
         if accepted.output.is_some() {
             self.flush()?;
@@ -197,6 +202,41 @@ impl Records {
         row.extend(forces.iter().map(|(i, _)| resultant.force[*i]));
         row.extend(moments.iter().map(|(i, _)| resultant.moment[*i]));
         row.push(resultant.power);
+    }
+
+    /// Rows of the tables of windows, probes and iterations, where there is such a table. Probes have one of
+    /// the start.
+    pub fn rows(&self) -> [Option<u64>; 3] {
+        let probes = self.probes.is_some().then_some(self.rows + 1);
+        [Some(self.rows), probes, self.iterations.is_some().then_some(self.solved.total)]
+    }
+
+    /// Writes the number of rows, and the sums over them that a next row adds to.
+    pub fn save(&self, state: &mut Writer) {
+        state.u64(self.rows);
+        for sums in [&self.impulse_given[..], &self.impulse_applied, &self.seconds] {
+            state.f64s(sums);
+        }
+        state.f64(self.work_given);
+        state.f64(self.work_applied);
+        let IterationSums { windows, total, most, not_converged } = self.solved;
+        [windows, total, most, not_converged].into_iter().for_each(|count| state.u64(count));
+    }
+
+    /// Goes to what [`save`](Self::save) wrote of a run of the same case, whose tables then have as many
+    /// [`rows`](Self::rows) for the next one to stand behind.
+    pub fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), bytes::Error> {
+        self.rows = state.u64("rows")?;
+        for sums in [&mut self.impulse_given[..], &mut self.impulse_applied, &mut self.seconds] {
+            sums.copy_from_slice(&state.f64s("sums over the windows", Some(sums.len()))?);
+        }
+        self.work_given = state.f64("work given")?;
+        self.work_applied = state.f64("work taken")?;
+        let IterationSums { windows, total, most, not_converged } = &mut self.solved;
+        for count in [windows, total, most, not_converged] {
+            *count = state.u64("sums over the iterations")?;
+        }
+        Ok(())
     }
 
     /// What the tables say in sum, once all rows are written.

@@ -2,6 +2,7 @@
 //! and end times without slivers.
 
 use interfaces::{SubSteps, TimeWindow};
+use words::bytes::{self, Reader, Writer};
 
 /// Counts windows, keeps the time, and sets each window's size.
 #[derive(Clone, Debug)]
@@ -81,6 +82,26 @@ impl Schedule {
     pub fn accept_last(&mut self, window: &TimeWindow) -> Option<u64> {
         self.end_time = self.end_time.min(window.end());
         self.accept(window)
+    }
+
+    /// Writes where the time is. End, interval and sizes are the case's, and may be others when the run goes
+    /// on.
+    pub fn save(&self, state: &mut Writer) {
+        state.f64(self.time);
+        state.u64(self.windows);
+        state.u64(self.outputs);
+    }
+
+    /// Goes to what [`save`](Self::save) wrote.
+    pub fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), bytes::Error> {
+        self.time = state.f64("time")?;
+        if self.time.is_nan() || self.time < self.start_time {
+            return Err(state
+                .refuse("time", format!("{} s, and the case starts at {} s", self.time, self.start_time)));
+        }
+        self.windows = state.u64("windows")?;
+        self.outputs = state.u64("outputs")?;
+        Ok(())
     }
 
     /// Whether the end time is reached.

@@ -5,6 +5,7 @@ use interfaces::{
     TimeWindow, WindowReport,
 };
 use thiserror::Error;
+use words::bytes::{self, Reader, Writer};
 
 /// A participant's failure, with who, what and when.
 #[derive(Clone, Debug, PartialEq, Error)]
@@ -125,7 +126,7 @@ impl Side {
     }
 
     /// Starts the window and waits for its solution.
-    pub fn solve(&mut self, window: &TimeWindow) -> Result<(), SideError> {
+    pub fn solve_window(&mut self, window: &TimeWindow) -> Result<(), SideError> {
         self.start(window)?;
         self.finish(window)
     }
@@ -136,6 +137,31 @@ impl Side {
         self.participant.accept(snapshot).map_err(|e| self.failed(during(), e))?;
         self.sub_steps += u64::from(self.solution_sub_steps);
         Ok(())
+    }
+
+    /// Writes the participant's accepted state and what was counted of its work.
+    pub fn save(&mut self, state: &mut Writer) -> Result<(), SideError> {
+        let saved =
+            self.participant.save().map_err(|e| self.failed("while saving its state".to_owned(), e))?;
+        state.bytes(&saved);
+        state.u64(self.sub_steps);
+        state.f64(self.compute_seconds);
+        Ok(())
+    }
+
+    /// Goes to what [`save`](Self::save) wrote; outputs, limit and scalars are then those of that state.
+    pub fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), SideError> {
+        let restored = self.restore_from(state);
+        restored.map_err(|e| self.failed("while going to a saved state".to_owned(), e))
+    }
+
+    fn restore_from(&mut self, state: &mut Reader<'_>) -> Result<(), ParticipantError> {
+        let unread = |error: bytes::Error| ParticipantError::failed(error.to_string());
+        let saved = state.bytes("participant's state").map_err(unread)?;
+        self.sub_steps = state.u64("sub-steps").map_err(unread)?;
+        self.compute_seconds = state.f64("seconds of work").map_err(unread)?;
+        let Readiness { window_limit, scalars } = self.participant.restore(saved, &mut self.outputs)?;
+        self.take(window_limit, scalars)
     }
 
     /// Ends the participant in order.

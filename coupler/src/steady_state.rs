@@ -1,6 +1,7 @@
 //! Whether anything at the interface still changes.
 
 use interfaces::case::coupling::{SteadyQuantity, SteadyState as Choice};
+use words::bytes::{self, Reader, Writer};
 
 /// Watches the quantities that the case names.
 ///
@@ -31,6 +32,32 @@ impl SteadyState {
         };
         let tracked = choice.quantities.iter().map(track).collect();
         Self { choice, tracked, since: None }
+    }
+
+    /// Writes what later windows are held against.
+    pub fn save(&self, state: &mut Writer) {
+        state.list(&self.tracked, |state, Tracked { initial, last, departure }| {
+            state.f64s(initial);
+            state.f64s(last);
+            state.f64(*departure);
+        });
+        state.option(self.since.as_ref(), |state, since| state.f64(*since));
+    }
+
+    /// Goes to what [`save`](Self::save) wrote.
+    pub fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), bytes::Error> {
+        let lengths: Vec<usize> = self.tracked.iter().map(|tracked| tracked.initial.len()).collect();
+        let mut lengths = lengths.into_iter();
+        self.tracked = state.list("quantities of the steady state", Some(self.tracked.len()), |state| {
+            let expected = lengths.next();
+            Ok(Tracked {
+                initial: state.f64s("initial values", expected)?,
+                last: state.f64s("last values", expected)?,
+                departure: state.f64("greatest departure")?,
+            })
+        })?;
+        self.since = state.option("time of steadiness", |state| state.f64("time of steadiness"))?;
+        Ok(())
     }
 
     /// After a window from `start` (s) of `size` (s): what is steady, if all has been for long enough.

@@ -156,9 +156,9 @@ impl<P: Participant> Participant for Timed<P> {
         announce.during(Phase::Waiting, || inner.save())
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
         let Self { inner, announce, .. } = self;
-        announce.during(Phase::Waiting, || inner.restore(state))
+        announce.during(Phase::Waiting, || inner.restore(state, outputs))
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

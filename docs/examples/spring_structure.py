@@ -2,7 +2,10 @@
 """A structure in Python: particles of unit reference volume, each on a spring, behind the protocol of docs/protocol.md.
 
     pip install iceoryx2==0.10.0
-    python3 spring_structure.py --connect RUN --case-hash HASH [--points 5]
+    python3 spring_structure.py [--points 5]
+
+`meniscus run` starts it for a case with `[structure.participant] command = ["python3", "…/spring_structure.py"]`, and says
+in the environment where its coupler is (MENISCUS_RUN) and which case it runs (MENISCUS_CASE_HASH). Arguments override that.
 
 Each particle obeys  rho x'' = -rho omega^2 (x - X) - grad p  and takes the sub-steps it is told, by leapfrog.
 """
@@ -16,7 +19,7 @@ import time
 
 import iceoryx2 as iox2
 
-VERSION = 1
+VERSION = 2
 (HELLO, WELCOME, REFUSED, INITIALIZE, READY, START, SOLVED, ACCEPT, SAVE, SAVED, RESTORE, RESTORED, TERMINATE, TERMINATED,
  FAILED, GOODBYE) = range(1, 17)
 SLICE = 0.05
@@ -158,6 +161,7 @@ def description(points):
     return {"role": "structure", "solver": "springs in Python", "dimension": 2,
             "ports": [port("position", "m", 2, "out", "every-window"),
                       port("velocity", "m/s", 2, "out", "every-window"),
+                      port("reference_volume", "m3", 1, "out", "constant"),
                       port("density", "kg/m3", 1, "out", "constant"),
                       port("pressure_gradient", "Pa/m", 2, "in", "every-window")],
             "scalars": [{"name": "energy", "unit": "J", "kind": "balance"}]}
@@ -172,9 +176,9 @@ def serve(connection, springs, points, request):
         if head.kind == GOODBYE:
             raise SystemExit("the coupler ended the run early")
         if head.kind == INITIALIZE:
-            if message.scalars != [points] * 4:
+            if message.scalars != [points] * 5:
                 raise ValueError(f"there are {points} points, not {message.scalars}")
-            fields = springs.position + springs.velocity + [springs.density] * points
+            fields = springs.position + springs.velocity + [1.0] * points + [springs.density] * points
             connection.send(READY, [springs.energy(springs.position, springs.velocity)], fields, sequence=number, size=infinite)
         elif head.kind == START:
             if len(message.fields) != 2 * points:
@@ -192,7 +196,8 @@ def serve(connection, springs, points, request):
             connection.send(SAVED, text=state, sequence=number)
         elif head.kind == RESTORE:
             springs.position, springs.velocity = json.loads(message.text)
-            connection.send(RESTORED, sequence=number)
+            connection.send(RESTORED, [springs.energy(springs.position, springs.velocity)],
+                            springs.position + springs.velocity, sequence=number, size=infinite)
         elif head.kind == TERMINATE:
             connection.send(TERMINATED, sequence=number)
             return
@@ -202,8 +207,9 @@ def serve(connection, springs, points, request):
 
 def main():
     arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--connect", required=True)
-    arguments.add_argument("--case-hash", required=True)
+    for argument, variable in (("--connect", "MENISCUS_RUN"), ("--case-hash", "MENISCUS_CASE_HASH")):
+        told = os.environ.get(variable)
+        arguments.add_argument(argument, default=told, required=told is None, help=f"{variable} where it is left out")
     arguments.add_argument("--points", type=int, default=5)
     arguments.add_argument("--hello-deadline", type=float, default=30.0)
     arguments.add_argument("--answer-deadline", type=float, default=60.0)

@@ -70,6 +70,9 @@ pub trait Fluid<const D: usize>: Sized {
     /// What the structure gets of the last step.
     fn output(&self) -> &InterfaceOutput<D>;
 
+    /// The same, to be set to what it was when a saved state is gone back to.
+    fn output_mut(&mut self) -> &mut InterfaceOutput<D>;
+
     /// Force (N) of the fluid on each part of the walls in the last step; nothing before the first.
     fn wall_forces(&self) -> &[Vector<D>];
 

@@ -4,12 +4,13 @@
 //! probes and balances.
 
 mod ledger;
+mod saved;
 mod setup;
 mod snapshot;
 
 use crate::boundaries::walls::Walls;
 use crate::error::Error;
-use crate::interface::{InterfaceInput, InterfaceParticles};
+use crate::interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
 use crate::isph::solver::Isph;
 use crate::method::Fluid;
 use crate::particles::state::State;
@@ -106,6 +107,9 @@ struct FluidParticipant<const D: usize, F: Fluid<D>> {
     max_time_step: f64,
     end_of_trial: f64,
     report: Option<WindowReport>,
+    /// Limit and scalars at the end of the last solution: between windows, of the accepted state. They depend
+    /// on more than that, as does the load.
+    ready: Readiness,
     snapshots: Snapshots,
     /// Walls as snapshots show them: at the end of an accepted window, not at the start of a step.
     shown_walls: Walls<D>,
@@ -133,6 +137,7 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
             max_time_step,
             end_of_trial: 0.0,
             report: None,
+            ready: Readiness { window_limit: f64::INFINITY, scalars: Vec::new() },
             snapshots: Snapshots::create(out)?,
             shown_walls: fluid.walls().clone(),
             fluid,
@@ -252,16 +257,19 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
             densities: inputs.get(names::DENSITY).unwrap_or_default().to_vec(),
         };
         let Self { fluid, accepted, .. } = self;
+        let points = interface.volumes.len();
         let (properties, options, walls) = (fluid.properties(), fluid.options(), fluid.walls());
         *fluid = F::new(properties.clone(), options.clone(), walls.clone(), interface, accepted)
             .map_err(failed)?;
+        *fluid.output_mut() = InterfaceOutput::at_rest(points);
         self.take_motion(inputs);
         self.accepted_ledger = Ledger::at_start(self.fluid.properties(), &self.accepted);
         self.shown_walls.move_to(start, 1.0);
         self.snapshots.write_walls(start, &self.shown_walls)?;
         self.snapshots.write(start, &self.accepted)?;
         let scalars = self.scalars(&self.accepted, &self.accepted_ledger);
-        Ok(Readiness { window_limit: self.window_limit(&self.accepted, start), scalars })
+        self.ready = Readiness { window_limit: self.window_limit(&self.accepted, start), scalars };
+        Ok(self.ready.clone())
     }
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
@@ -276,10 +284,14 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         let step = step.map_err(|error| self.explain(&error, window.start))?;
         self.trial_ledger = self.accepted_ledger.after(&step, &self.trial);
         self.end_of_trial = window.end();
-        self.report = Some(WindowReport {
-            sub_steps: 1,
+        self.ready = Readiness {
             window_limit: self.window_limit(&self.trial, self.end_of_trial),
             scalars: self.scalars(&self.trial, &self.trial_ledger),
+        };
+        self.report = Some(WindowReport {
+            sub_steps: 1,
+            window_limit: self.ready.window_limit,
+            scalars: self.ready.scalars.clone(),
             compute_seconds: started.elapsed().as_secs_f64(),
         });
         Ok(())
@@ -306,14 +318,18 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
         let mut bytes = self.accepted_ledger.to_bytes();
         bytes.extend(F::save(&self.accepted));
-        Ok(bytes)
+        Ok(saved::to_bytes(&self.ready, self.fluid.output(), &bytes))
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let (ready, output, state) = saved::from_bytes(state, self.fluid.output()).map_err(failed)?;
         let (ledger, rest) = Ledger::from_bytes(state).ok_or_else(|| failed("the saved state is cut off"))?;
         self.accepted = F::restore(rest).map_err(failed)?;
         self.accepted_ledger = ledger;
-        Ok(())
+        *self.fluid.output_mut() = output;
+        self.ready.clone_from(&ready);
+        self.give_load(outputs);
+        Ok(ready)
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

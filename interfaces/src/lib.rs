@@ -2,7 +2,7 @@
 //!
 //! Start at [`participant`], the contract every participant fulfils: our solvers in the same process, solvers
 //! behind shared memory, mocks, and whatever a user brings. [`lifecycle`] holds the one table of which call
-//! is legal when, [`port`] and [`fields`] what travels, [`window`] when. [`case`] is the case file. The bytes
+//! is legal when, [`guarded`] holds participants to it, [`port`] and [`fields`] what travels, [`window`] when. [`case`] is the case file. The bytes
 //! are in `docs/protocol.md`.
 //!
 //! | term | meaning |
@@ -17,6 +17,7 @@
 
 pub mod case;
 pub mod fields;
+pub mod guarded;
 pub mod lifecycle;
 pub mod pairing;
 pub mod participant;
@@ -29,7 +30,8 @@ pub mod window;
 
 pub use case::Case;
 pub use fields::{FieldError, Fields};
-pub use lifecycle::{Call, Guarded, IllegalCall, Lifecycle, State};
+pub use guarded::{Guarded, Lifecycle};
+pub use lifecycle::{Call, IllegalCall, State};
 pub use participant::{
     Description, END_REQUESTED, Participant, ParticipantError, Readiness, Role, Scalar, ScalarKind,
     WindowReport,

@@ -3,13 +3,14 @@
 //! Order of calls (the table in [`crate::lifecycle`] is the law):
 //!
 //! ```text
-//! describe → initialize → { start → finish (again: start → finish) … → accept } … → terminate
+//! describe → initialize (→ restore) → { start → finish (again: start → finish) … → accept } … → terminate
 //! ```
 //!
 //! - `start` and `finish` are apart so that participants can work at the same time without threads in the
 //!   coupler.
 //! - Every `start` solves its window **from the last accepted state**: solving again needs no roll-back
 //!   ritual, and gives the same result to the bit for the same input.
+//! - Between windows a participant can be saved, and goes to a saved state as if it had just accepted it.
 //! - Time is the coupler's: a participant takes it from the window.
 //! - A participant whose call failed is broken for good; all it can do is `terminate`.
 
@@ -84,12 +85,12 @@ impl Description {
     }
 }
 
-/// What an initialised participant says.
+/// What a participant says that was initialised or went to a saved state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Readiness {
-    /// Largest first window it can solve (s); infinite where it does not mind.
+    /// Largest next window it can solve (s); infinite where it does not mind.
     pub window_limit: f64,
-    /// Its scalars at the start.
+    /// Its scalars then.
     pub scalars: Vec<f64>,
 }
 
@@ -139,11 +140,19 @@ pub trait Participant {
     /// The last solution is final. With a number, the participant writes its snapshot of that number.
     fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError>;
 
-    /// The accepted state, whole, for a restart with the same case.
+    /// The accepted state, whole, for a restart with the same case. Legal between windows: after
+    /// `initialize`, `accept` or `restore`.
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError>;
 
-    /// Goes back (or on) to a saved state.
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError>;
+    /// Goes back, or on, to a state that a participant of the same case saved: this one, or another that has
+    /// ended since. Legal once initialised, unless a window is open between `start` and `finish`: in a fresh
+    /// participant right after `initialize`, later between windows, or over a solution that was not accepted,
+    /// which is forgotten.
+    ///
+    /// Gives what it gave when that state was accepted: the fields that are exchanged every window, whole,
+    /// limit and scalars, to the bit. Constant fields are left as `initialize` gave them. The next window is
+    /// the one that followed the state, and is solved as it was then, to the bit.
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError>;
 
     /// Ends in order: outputs are whole, resources are given back.
     fn terminate(&mut self) -> Result<(), ParticipantError>;
@@ -176,8 +185,8 @@ impl<P: Participant + ?Sized> Participant for Box<P> {
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
         (**self).save()
     }
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        (**self).restore(state)
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        (**self).restore(state, outputs)
     }
     fn terminate(&mut self) -> Result<(), ParticipantError> {
         (**self).terminate()

@@ -7,7 +7,6 @@
 
 use crate::fields::{FieldError, put_finite, take_finite};
 use crate::{Description, Exchange, Fields, Readiness, SubSteps, TimeWindow, WindowReport};
-use iceoryx2::prelude::ZeroCopySend;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::mem::MaybeUninit;
@@ -15,7 +14,7 @@ use thiserror::Error;
 
 /// Version of the protocol. The first 64 bits of the header (version and kind) stay what they are in every
 /// version, so that two versions can tell each other apart.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// What [`MessageHeader::snapshot`] says where no snapshot is asked for.
 pub const NO_SNAPSHOT: u64 = u64::MAX;
@@ -47,7 +46,7 @@ pub enum Kind {
     Saved = 10,
     /// Request: go to this state. Text: the state's bytes.
     Restore = 11,
-    /// Answer to `Restore`.
+    /// Answer to `Restore`. Scalars: as described. Fields: those given every window.
     Restored = 12,
     /// Request: end in order.
     Terminate = 13,
@@ -80,8 +79,7 @@ impl fmt::Display for Kind {
 
 /// What stands in front of every payload: 80 bytes, without gaps. Fields that a kind does not name are zero.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[type_name("meniscus.MessageHeader")]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MessageHeader {
     /// Offset 0: [`VERSION`] of the sender.
     pub version: u32,
@@ -98,7 +96,7 @@ pub struct MessageHeader {
     /// Offset 32: time (s) at the start of the window (`Start`), of the run (`Initialize`).
     pub time: f64,
     /// Offset 40: size (s) of the window (`Start`); largest next window that can be solved (`Ready`,
-    /// `Solved`).
+    /// `Solved`, `Restored`).
     pub size: f64,
     /// Offset 48: wall time (s) of the participant's own work (`Solved`).
     pub compute_seconds: f64,
@@ -165,9 +163,9 @@ impl MessageHeader {
         }
     }
 
-    /// The answer `Ready` to this `Initialize`.
-    pub fn ready(&self, readiness: &Readiness) -> Self {
-        Self { size: readiness.window_limit, ..Self::new(Kind::Ready, self.sequence) }
+    /// The answer of that kind to this `Initialize` or `Restore`.
+    pub fn ready(&self, kind: Kind, readiness: &Readiness) -> Self {
+        Self { size: readiness.window_limit, ..Self::new(kind, self.sequence) }
     }
 
     /// The kind, or nothing where the number is none.
@@ -211,7 +209,7 @@ pub struct Welcome {
 pub enum Selection {
     /// All of them (`Initialize`, `Ready`).
     All,
-    /// Those exchanged every window (`Start`, `Solved`).
+    /// Those exchanged every window (`Start`, `Solved`, `Restored`).
     EveryWindow,
 }
 

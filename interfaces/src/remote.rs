@@ -3,7 +3,7 @@
 use crate::protocol::{
     Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, ReadError, Selection, VERSION, Welcome,
 };
-use crate::transport::{Address, Alive, Connection, Deadlines, Message, Service, Traffic, ipc};
+use crate::transport::{Address, Alive, Connection, Deadlines, Link, Message, SharedMemory, Traffic};
 use crate::{Description, Fields, Participant, ParticipantError, Readiness, TimeWindow, WindowReport};
 use std::cell::Cell;
 use std::rc::Rc;
@@ -21,8 +21,8 @@ pub struct Expectations {
 }
 
 /// A coupler that a participant can find, before there is one.
-pub struct Listening<S: Service = ipc::Service> {
-    connection: Connection<S>,
+pub struct Listening<L: Link = SharedMemory> {
+    connection: Connection<L>,
     address: Address,
     expectations: Expectations,
     deadlines: Deadlines,
@@ -33,8 +33,8 @@ pub struct Listening<S: Service = ipc::Service> {
 /// order of calls.
 ///
 /// Dropped without [`Participant::terminate`], it tells the process that nothing more is wanted.
-pub struct RemoteParticipant<S: Service = ipc::Service> {
-    connection: Connection<S>,
+pub struct RemoteParticipant<L: Link = SharedMemory> {
+    connection: Connection<L>,
     description: Description,
     deadlines: Deadlines,
     sequence: u64,
@@ -54,8 +54,8 @@ impl RemoteParticipant {
     }
 }
 
-impl<S: Service> Listening<S> {
-    /// [`RemoteParticipant::listen`], over any of iceoryx2's services: tests use the one within a process.
+impl<L: Link> Listening<L> {
+    /// [`RemoteParticipant::listen`], over any link: tests use the one within a process.
     pub fn over(
         address: &Address,
         expectations: Expectations,
@@ -68,7 +68,7 @@ impl<S: Service> Listening<S> {
 
     /// Waits for the participant and shakes hands. `alive` says how its process ended, where the caller
     /// started one; it is asked about twenty times a second in this and all later waits.
-    pub fn wait_for_hello(mut self, alive: Alive) -> Result<RemoteParticipant<S>, ParticipantError> {
+    pub fn wait_for_hello(mut self, alive: Alive) -> Result<RemoteParticipant<L>, ParticipantError> {
         let during = || "while connecting".to_owned();
         self.connection.watch(alive);
         let message = self.connection.receive(self.deadlines.hello, during)?;
@@ -105,7 +105,7 @@ impl<S: Service> Listening<S> {
     }
 
     /// The participant's description, or every mismatch with both sides' values.
-    fn check(&self, message: &Message<S>) -> Result<Description, Vec<String>> {
+    fn check(&self, message: &Message<L>) -> Result<Description, Vec<String>> {
         let mut mismatches = Vec::new();
         let mut compare = |what: &str, ours: &str, theirs: &str| {
             if ours != theirs {
@@ -128,7 +128,7 @@ impl<S: Service> Listening<S> {
     }
 }
 
-impl<S: Service> RemoteParticipant<S> {
+impl<L: Link> RemoteParticipant<L> {
     /// What went through the connection, seen from here and kept up to date; stays readable after the
     /// participant has moved into a box.
     pub fn meter(&self) -> Rc<Cell<Traffic>> {
@@ -160,12 +160,27 @@ impl<S: Service> RemoteParticipant<S> {
         }
     }
 
+    /// Waits for the answer to an `Initialize` or `Restore`, and takes what it gives.
+    fn ready(
+        &mut self,
+        kind: Kind,
+        selection: Selection,
+        outputs: &mut Fields,
+        during: impl Fn() -> String,
+    ) -> Result<Readiness, ParticipantError> {
+        let message = self.answer(kind, &during)?;
+        let scalars = scalars(&message, &self.description, &during)?;
+        let readiness = Readiness { window_limit: message.header().size, scalars };
+        read(&self.connection, &message, selection, outputs, during)?;
+        Ok(readiness)
+    }
+
     /// Waits for the answer to the last request; for `Solved`, of the window that was started.
-    fn answer(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<S>, ParticipantError> {
+    fn answer(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<L>, ParticipantError> {
         self.matching(kind, during).map_err(|error| self.broken(error))
     }
 
-    fn matching(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<S>, ParticipantError> {
+    fn matching(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<L>, ParticipantError> {
         let mut expected = MessageHeader::new(kind, self.sequence);
         if let (Kind::Solved, Some(window)) = (kind, self.window) {
             (expected.window, expected.iteration) = (window.index, window.iteration);
@@ -206,7 +221,7 @@ impl<S: Service> RemoteParticipant<S> {
     }
 }
 
-impl<S: Service> Participant for RemoteParticipant<S> {
+impl<L: Link> Participant for RemoteParticipant<L> {
     fn describe(&self) -> &Description {
         &self.description
     }
@@ -224,11 +239,7 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         let header =
             |sequence| MessageHeader { time: start, ..MessageHeader::new(Kind::Initialize, sequence) };
         self.request(header, &payload, true, during)?;
-        let message = self.answer(Kind::Ready, during)?;
-        let scalars = scalars(&message, &self.description, during)?;
-        let readiness = Readiness { window_limit: message.header().size, scalars };
-        read(&self.connection, &message, Selection::All, outputs, during)?;
-        Ok(readiness)
+        self.ready(Kind::Ready, Selection::All, outputs, during)
     }
 
     fn refuses_not_finite(&self) -> bool {
@@ -276,10 +287,10 @@ impl<S: Service> Participant for RemoteParticipant<S> {
         Ok(self.answer(Kind::Saved, during)?.text())
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
         let during = || "while restoring its state".to_owned();
         self.request(|n| MessageHeader::new(Kind::Restore, n), &Payload::text(state), true, during)?;
-        self.answer(Kind::Restored, during).map(drop)
+        self.ready(Kind::Restored, Selection::EveryWindow, outputs, during)
     }
 
     /// Ends the process in order. Where a call failed before, the connection has ended, and nothing is left
@@ -296,7 +307,7 @@ impl<S: Service> Participant for RemoteParticipant<S> {
     }
 }
 
-impl<S: Service> Drop for RemoteParticipant<S> {
+impl<L: Link> Drop for RemoteParticipant<L> {
     fn drop(&mut self) {
         self.goodbye();
     }
@@ -306,15 +317,15 @@ fn solving(window: &TimeWindow) -> String {
     format!("while solving window {}, iteration {}", window.index, window.iteration)
 }
 
-fn unexpected<S: Service>(message: &Message<S>, expected: &str, during: String) -> ParticipantError {
+fn unexpected<L: Link>(message: &Message<L>, expected: &str, during: String) -> ParticipantError {
     ParticipantError::Protocol {
         during,
         what: format!("{} came where {expected} belongs", message.header().name()),
     }
 }
 
-fn scalars<S: Service>(
-    message: &Message<S>,
+fn scalars<L: Link>(
+    message: &Message<L>,
     description: &Description,
     during: impl Fn() -> String,
 ) -> Result<Vec<f64>, ParticipantError> {
@@ -326,9 +337,9 @@ fn scalars<S: Service>(
     Ok(message.scalars().to_vec())
 }
 
-fn read<S: Service>(
-    connection: &Connection<S>,
-    message: &Message<S>,
+fn read<L: Link>(
+    connection: &Connection<L>,
+    message: &Message<L>,
     selection: Selection,
     outputs: &mut Fields,
     during: impl Fn() -> String,

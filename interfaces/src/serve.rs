@@ -1,11 +1,13 @@
 //! The participant's side: any participant, served to a coupler in another process.
 
-use crate::lifecycle::caught;
+use crate::guarded::caught;
 use crate::protocol::{
     Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, ReadError, Selection, VERSION, Welcome,
 };
-use crate::transport::{Address, Alive, Connection, Deadlines, Message, Service, ipc};
-use crate::{Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port, State};
+use crate::transport::{Address, Alive, Connection, Deadlines, Link, Message, SharedMemory};
+use crate::{
+    Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port, Readiness, State,
+};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -41,11 +43,11 @@ pub fn serve(
     stop: &Arc<AtomicBool>,
     coupler: Alive,
 ) -> Result<(), ServeError> {
-    serve_over::<ipc::Service>(participant, address, case_hash, deadlines, stop, coupler)
+    serve_over::<SharedMemory>(participant, address, case_hash, deadlines, stop, coupler)
 }
 
-/// [`serve`], over any of iceoryx2's services: tests use the one within a process.
-pub fn serve_over<S: Service>(
+/// [`serve`], over any link: tests use the one within a process.
+pub fn serve_over<L: Link>(
     participant: &mut dyn Participant,
     address: &Address,
     case_hash: &str,
@@ -53,7 +55,7 @@ pub fn serve_over<S: Service>(
     stop: &Arc<AtomicBool>,
     coupler: Alive,
 ) -> Result<(), ServeError> {
-    let opened = Connection::<S>::open(address, deadlines.hello, Arc::clone(stop), coupler);
+    let opened = Connection::<L>::open(address, deadlines.hello, Arc::clone(stop), coupler);
     let mut connection = opened.map_err(ServeError::Coupler)?;
     let description = participant.describe().clone();
     shake_hands(&mut connection, &description, case_hash, deadlines)?;
@@ -74,8 +76,8 @@ pub fn serve_over<S: Service>(
     ended
 }
 
-fn shake_hands<S: Service>(
-    connection: &mut Connection<S>,
+fn shake_hands<L: Link>(
+    connection: &mut Connection<L>,
     description: &Description,
     case_hash: &str,
     deadlines: Deadlines,
@@ -146,12 +148,16 @@ impl Answer {
     fn of(header: MessageHeader) -> Self {
         Self { header, scalars: Vec::new(), fields: None, text: Vec::new() }
     }
+
+    fn ready(header: MessageHeader, readiness: Readiness, fields: Selection) -> Self {
+        Self { scalars: readiness.scalars, fields: Some(fields), ..Self::of(header) }
+    }
 }
 
 impl Session<'_> {
-    fn run<S: Service>(
+    fn run<L: Link>(
         &mut self,
-        connection: &mut Connection<S>,
+        connection: &mut Connection<L>,
         deadlines: Deadlines,
     ) -> Result<(), ServeError> {
         loop {
@@ -202,10 +208,10 @@ impl Session<'_> {
     }
 
     /// Does what the message asks. An error is the participant's end.
-    fn answer<S: Service>(
+    fn answer<L: Link>(
         &mut self,
-        connection: &Connection<S>,
-        message: Message<S>,
+        connection: &Connection<L>,
+        message: Message<L>,
     ) -> Result<Option<Answer>, ParticipantError> {
         let request = *message.header();
         match message.kind() {
@@ -248,10 +254,14 @@ impl Session<'_> {
             }
             Kind::Restore => {
                 self.life.check(Call::Restore)?;
-                self.participant.restore(&message.text())?;
+                let readiness = self.participant.restore(&message.text(), &mut self.outputs)?;
                 self.life.restored(0);
                 self.restored = true;
-                Ok(Some(Answer::of(MessageHeader::new(Kind::Restored, request.sequence))))
+                Ok(Some(Answer::ready(
+                    request.ready(Kind::Restored, &readiness),
+                    readiness,
+                    Selection::EveryWindow,
+                )))
             }
             Kind::Terminate => {
                 self.life.check(Call::Terminate)?;
@@ -264,18 +274,14 @@ impl Session<'_> {
     }
 
     /// Copies the message's fields to the inputs, finite as they are.
-    fn take<S: Service>(
-        &mut self,
-        selection: Selection,
-        message: &Message<S>,
-    ) -> Result<(), ParticipantError> {
+    fn take<L: Link>(&mut self, selection: Selection, message: &Message<L>) -> Result<(), ParticipantError> {
         selection.read(message.fields(), &mut self.inputs).map_err(|error| match error {
             ReadError::Field(error) => error.into(),
             other => wrong(message.header(), &other.to_string()),
         })
     }
 
-    fn initialize<S: Service>(&mut self, message: &Message<S>) -> Result<Answer, ParticipantError> {
+    fn initialize<L: Link>(&mut self, message: &Message<L>) -> Result<Answer, ParticipantError> {
         self.life.check(Call::Initialize)?;
         let request = *message.header();
         let points = message.scalars();
@@ -301,19 +307,14 @@ impl Session<'_> {
         self.take(Selection::All, message)?;
         let readiness = self.participant.initialize(request.time, &self.inputs, &mut self.outputs)?;
         self.life.done(Call::Initialize, None);
-        Ok(Answer {
-            header: request.ready(&readiness),
-            scalars: readiness.scalars,
-            fields: Some(Selection::All),
-            text: Vec::new(),
-        })
+        Ok(Answer::ready(request.ready(Kind::Ready, &readiness), readiness, Selection::All))
     }
 }
 
 /// Stays until the coupler has our last message: connections form when the receiver looks, and what a sender
 /// that is gone had sent before is lost. Messages that were under way are ignored; a coupler that is gone
 /// wants no answer.
-fn wait_for_goodbye<S: Service>(connection: &mut Connection<S>, deadlines: Deadlines) {
+fn wait_for_goodbye<L: Link>(connection: &mut Connection<L>, deadlines: Deadlines) {
     let during = || "while leaving".to_owned();
     while connection
         .receive(deadlines.next_request(), during)

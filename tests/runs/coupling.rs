@@ -3,7 +3,7 @@
 
 use coupler::schedule::Schedule;
 use coupler::schemes::serial_explicit::SerialExplicit;
-use coupler::schemes::{Accepted, Onward, Pair, SchemeError, alone};
+use coupler::schemes::{Accepted, Coupled, Onward, Pair, Run, SchemeError};
 use coupler::side::Side;
 use interfaces::case::coupling::StructureVelocity::{self, End, Mean};
 use interfaces::port::names;
@@ -31,13 +31,17 @@ fn a_window_is_predicted_solved_and_accepted_in_this_order() {
     // The fluid asks for windows of 4 ms; outputs are due every 10 ms: three windows each.
     let fluid = recorded("constant gradient=1e3 window_limit=0.004");
     let structure = recorded("spring-mass points=3 window_limit=0.005");
-    let mut pair = Pair::initialize(fluid, structure, 0.0, Mean).expect("mocks that fit");
-    let mut schedule = Schedule::new(0.0, 0.02, 0.01, 1.0, SubSteps::Fixed(100));
+    let pair = Pair::initialize(fluid, structure, 0.0, Mean).expect("mocks that fit");
     let mut accepted: Vec<Accepted> = Vec::new();
-    let result = EXPLICIT.run(&mut pair, &mut schedule, |window, _| {
+    let mut driven = Run {
+        solver: Coupled::new(pair, EXPLICIT),
+        schedule: Schedule::new(0.0, 0.02, 0.01, 1.0, SubSteps::Fixed(100)),
+    };
+    let result = driven.drive(|window, _| {
         accepted.push(*window);
         Ok(Onward::Continue)
     });
+    let Run { schedule, .. } = driven;
     result.expect("mocks do not fail");
     let mut expected = vec!["structure initialize".to_owned(), "fluid initialize".to_owned()];
     for window in 0..6 {
@@ -73,11 +77,14 @@ fn each_side_gets_what_the_scheme_says() {
     let log = Log::default();
     let recorded = |words| side(Recording::new(mock(words), log.clone()));
     let fluid = recorded("added-mass-column mass=20 wall=compliant");
-    let mut pair =
+    let pair =
         Pair::initialize(fluid, recorded("spring-mass points=4 velocity=0,1"), 0.0, Mean).expect("they fit");
-    let mut schedule = Schedule::new(0.0, 0.002, 1.0, 0.001, SubSteps::Stable);
     let relaxed = SerialExplicit { relaxation: 0.25, ..EXPLICIT };
-    relaxed.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("mocks do not fail");
+    let mut driven = Run {
+        solver: Coupled::new(pair, relaxed),
+        schedule: Schedule::new(0.0, 0.002, 1.0, 0.001, SubSteps::Stable),
+    };
+    driven.drive(|_, _| Ok(Onward::Continue)).expect("mocks do not fail");
     let calls = log.calls();
     let field = |call: usize, name: &str| {
         let calls = &calls[call];
@@ -124,10 +131,13 @@ fn a_scripted_structure_sees_what_it_must() {
     let bench = crate::support::Bench::new();
     let file = bench.path("script.json");
     std::fs::write(&file, script.to_string()).expect("a script");
-    let mut pair = pair("constant gradient=0,3", &format!("scripted file={}", file.display()));
-    let mut schedule = Schedule::new(0.0, 0.25, 0.25, 1.0, SubSteps::Fixed(7));
-    EXPLICIT.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("the script is kept");
-    pair.structure.terminate().expect("nothing of the script is left over");
+    let pair = pair("constant gradient=0,3", &format!("scripted file={}", file.display()));
+    let mut driven = Run {
+        solver: Coupled::new(pair, EXPLICIT),
+        schedule: Schedule::new(0.0, 0.25, 0.25, 1.0, SubSteps::Fixed(7)),
+    };
+    driven.drive(|_, _| Ok(Onward::Continue)).expect("the script is kept");
+    driven.solver.pair.structure.terminate().expect("nothing of the script is left over");
 }
 
 #[test]
@@ -135,10 +145,10 @@ fn one_side_alone_and_a_stop() {
     let log = Log::default();
     let mut alone_side = side(Recording::new(mock("spring-mass displacement=0,0.01"), log.clone()));
     alone_side.initialize(0.0, 10, None).expect("a mock");
-    let mut schedule = Schedule::new(0.0, 1.0, 0.5, 0.1, SubSteps::Stable);
-    let result = alone::run(&mut alone_side, &mut schedule, |accepted, _| {
-        Ok(if accepted.window.index == 1 { Onward::Stop } else { Onward::Continue })
-    });
+    let mut driven =
+        Run { solver: alone_side, schedule: Schedule::new(0.0, 1.0, 0.5, 0.1, SubSteps::Stable) };
+    let result = driven
+        .drive(|accepted, _| Ok(if accepted.window.index == 1 { Onward::Stop } else { Onward::Continue }));
     result.expect("a mock does not fail");
     let window =
         |n: u32| [format!("structure start {n}.0"), "structure finish".into(), "structure accept".into()];
@@ -146,7 +156,7 @@ fn one_side_alone_and_a_stop() {
         log.brief(),
         [vec!["structure initialize".to_owned()], [window(0), window(1)].concat()].concat()
     );
-    assert_eq!((schedule.windows(), schedule.finished()), (2, false));
+    assert_eq!((driven.schedule.windows(), driven.schedule.finished()), (2, false));
 }
 
 #[test]
@@ -219,8 +229,15 @@ impl Participant for Taciturn {
     fn save(&mut self) -> Result<Vec<u8>, interfaces::ParticipantError> {
         self.0.save()
     }
-    fn restore(&mut self, state: &[u8]) -> Result<(), interfaces::ParticipantError> {
-        self.0.restore(state)
+    fn restore(
+        &mut self,
+        state: &[u8],
+        outputs: &mut interfaces::Fields,
+    ) -> Result<interfaces::Readiness, interfaces::ParticipantError> {
+        let mut all = self.all(outputs);
+        let ready = self.0.restore(state, &mut all)?;
+        outputs.copy_from(&all, |port| port.exchange == interfaces::Exchange::EveryWindow)?;
+        Ok(ready)
     }
     fn terminate(&mut self) -> Result<(), interfaces::ParticipantError> {
         self.0.terminate()
@@ -233,13 +250,17 @@ fn a_fluid_that_gives_a_load_alone_is_taken_at_its_word() {
     let positions: Vec<f64> = [side(mock(words)), side(Taciturn::new(words))]
         .into_iter()
         .map(|fluid| {
-            let mut pair = Pair::initialize(fluid, side(mock("spring-mass")), 0.0, Mean).expect("they fit");
-            let mut schedule = Schedule::new(0.0, 0.05, 0.01, 0.001, SubSteps::Stable);
-            let run = EXPLICIT.run(&mut pair, &mut schedule, |accepted, _| {
+            let pair = Pair::initialize(fluid, side(mock("spring-mass")), 0.0, Mean).expect("they fit");
+            let mut driven = Run {
+                solver: Coupled::new(pair, EXPLICIT),
+                schedule: Schedule::new(0.0, 0.05, 0.01, 0.001, SubSteps::Stable),
+            };
+            let run = driven.drive(|accepted, _| {
                 let condition = accepted.condition46.expect("a coupled window");
                 assert_eq!((condition.residual_before, condition.residual_after), (0.0, 0.0));
                 Ok(Onward::Continue)
             });
+            let Run { solver: Coupled { pair, .. }, .. } = driven;
             run.expect("mocks do not fail");
             pair.structure.outputs.get(names::POSITION).expect("given")[1]
         })
@@ -251,9 +272,12 @@ fn a_fluid_that_gives_a_load_alone_is_taken_at_its_word() {
 #[test]
 fn a_participant_that_leaves_an_error_in_condition_46_is_corrected() {
     // It says that it received 0.9 of what it gives: a tenth of the load is missing along the normals.
-    let mut pair = pair("constant gradient=0,1e4 reaction_factor=0.9", "spring-mass");
-    let mut schedule = Schedule::new(0.0, 0.01, 0.01, 0.001, SubSteps::Stable);
-    let run = EXPLICIT.run(&mut pair, &mut schedule, |accepted, _| {
+    let pair = pair("constant gradient=0,1e4 reaction_factor=0.9", "spring-mass");
+    let mut driven = Run {
+        solver: Coupled::new(pair, EXPLICIT),
+        schedule: Schedule::new(0.0, 0.01, 0.01, 0.001, SubSteps::Stable),
+    };
+    let run = driven.drive(|accepted, _| {
         let condition = accepted.condition46.expect("a coupled window");
         assert!(condition.residual_before > 0.05, "{condition:?}");
         // Sums over ten points.
@@ -277,12 +301,14 @@ fn amplitudes(
     let size = phase / (stiffness / mass).sqrt();
     let fluid = format!("added-mass-column {wall} mass={}", mass_ratio * mass);
     let structure = format!("spring-mass stiffness={stiffness} displacement=0,0.01");
-    let mut pair =
-        Pair::initialize(side(mock(&fluid)), side(mock(&structure)), 0.0, velocity).expect("they fit");
+    let pair = Pair::initialize(side(mock(&fluid)), side(mock(&structure)), 0.0, velocity).expect("they fit");
     let end = size * windows as f64;
-    let mut schedule = Schedule::new(0.0, end, end, size, SubSteps::Stable);
     let mut heights = Vec::with_capacity(windows);
-    let run = scheme.run(&mut pair, &mut schedule, |_, pair| {
+    let mut driven = Run {
+        solver: Coupled::new(pair, scheme),
+        schedule: Schedule::new(0.0, end, end, size, SubSteps::Stable),
+    };
+    let run = driven.drive(|_, Coupled { pair, .. }| {
         heights.push(pair.structure.scalars[1].abs());
         Ok(Onward::Continue)
     });
@@ -348,9 +374,13 @@ fn a_moving_wall_diverges_from_a_third_of_the_structures_mass_whatever_the_windo
 
 #[test]
 fn a_failure_is_told_with_side_window_and_reason() {
-    let mut pair = pair("constant gradient=1e3 --fault error@3", "spring-mass");
-    let mut schedule = Schedule::new(0.0, 1.0, 0.1, 0.1, SubSteps::Stable);
-    let error = EXPLICIT.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect_err("a fault");
+    let pair = pair("constant gradient=1e3 --fault error@3", "spring-mass");
+    let mut driven = Run {
+        solver: Coupled::new(pair, EXPLICIT),
+        schedule: Schedule::new(0.0, 1.0, 0.1, 0.1, SubSteps::Stable),
+    };
+    let error = driven.drive(|_, _| Ok(Onward::Continue)).expect_err("a fault");
+    let Run { schedule, .. } = driven;
     let SchemeError::Side(side) = &error else { panic!("{error:?}") };
     assert_eq!(side.role, interfaces::Role::Fluid);
     let text = error.to_string();

@@ -5,9 +5,10 @@ use coupler::acceleration::aitken::Aitken;
 use coupler::acceleration::quasi_newton::{Choice, QuasiNewton};
 use coupler::convergence::Measures;
 use coupler::schedule::Schedule;
-use coupler::schemes::implicit::Implicit;
+use coupler::schemes::extrapolation::Extrapolation;
+use coupler::schemes::implicit::{Implicit, Unknowns};
 use coupler::schemes::parallel_explicit::ParallelExplicit;
-use coupler::schemes::{Accepted, Onward, Pair, SchemeError};
+use coupler::schemes::{Accepted, Coupled, Onward, Pair, Run, SchemeError};
 use coupler::side::Side;
 use interfaces::case::coupling::AtLimit;
 use interfaces::case::coupling::StructureVelocity::{self, End, Mean};
@@ -44,22 +45,27 @@ fn scheme(acceleration: Acceleration, parallel: bool) -> Implicit {
         iterations_limit: 50,
         at_limit: AtLimit::Stop,
         acceleration,
-        extrapolation: 0,
+        extrapolation: Extrapolation::new(0),
+        unknowns: Unknowns::default(),
     }
 }
 
-/// Runs `windows` windows of `size` (s), and gives them with the heights over rest (m) at their ends.
-fn run(pair: &mut Pair, scheme: &mut Implicit, windows: usize, size: f64) -> (Vec<Accepted>, Vec<f64>) {
+/// Runs `windows` windows of `size` (s), and gives them with the heights over rest (m) at their ends and the
+/// pair as it is then.
+fn run(pair: Pair, scheme: Implicit, windows: usize, size: f64) -> (Vec<Accepted>, Vec<f64>, Pair) {
     let end = windows as f64 * size;
-    let mut schedule = Schedule::new(0.0, end, end, size, SubSteps::Stable);
     let (mut accepted, mut heights) = (Vec::new(), Vec::new());
-    let result = scheme.run(pair, &mut schedule, |window, pair| {
+    let mut driven = Run {
+        solver: Coupled::new(pair, scheme),
+        schedule: Schedule::new(0.0, end, end, size, SubSteps::Stable),
+    };
+    let result = driven.drive(|window, Coupled { pair, .. }| {
         accepted.push(*window);
         heights.push(pair.structure.scalars[1]);
         Ok(Onward::Continue)
     });
     result.expect("every window converges");
-    (accepted, heights)
+    (accepted, heights, driven.solver.pair)
 }
 
 fn iterations(accepted: &[Accepted]) -> Vec<u32> {
@@ -73,8 +79,8 @@ fn added_mass_that_diverges_explicitly_converges_in_known_numbers_of_iterations(
     let windows = 20;
     for mass_ratio in [0.5, 1.0, 9.0, 100.0] {
         let count = |acceleration, parallel| {
-            let mut pair = column(mass_ratio, End, &Log::default());
-            iterations(&run(&mut pair, &mut scheme(acceleration, parallel), windows, 1e-4).0)
+            let pair = column(mass_ratio, End, &Log::default());
+            iterations(&run(pair, scheme(acceleration, parallel), windows, 1e-4).0)
         };
         assert!(count(Acceleration::Aitken(Aitken::new(0.1)), false).iter().all(|&n| n <= 3), "{mass_ratio}");
         assert!(count(quasi_newton(0, false), false).iter().all(|&n| n <= 3), "{mass_ratio}");
@@ -92,15 +98,17 @@ fn added_mass_that_diverges_explicitly_converges_in_known_numbers_of_iterations(
     }
     // H(x) = y₀ − 9 x with the fixed point y₀/10: residuals y₀ 2⁻ᵏ of iterates near y₀/10 are below 1e-8 of
     // them at k = log₂ 1e9 = 29.9, the 31st iteration.
-    let mut pair = column(9.0, End, &Log::default());
-    let (accepted, _) = run(&mut pair, &mut scheme(Acceleration::Constant(0.05), false), 1, 1e-4);
+    let pair = column(9.0, End, &Log::default());
+    let (accepted, ..) = run(pair, scheme(Acceleration::Constant(0.05), false), 1, 1e-4);
     assert_eq!(iterations(&accepted), [31]);
     // 1 − 0.3 · 10 = −2: it diverges.
-    let mut pair = column(9.0, End, &Log::default());
-    let mut diverging = scheme(Acceleration::Constant(0.3), false);
-    let mut schedule = Schedule::new(0.0, 1e-4, 1e-4, 1e-4, SubSteps::Stable);
-    let error =
-        diverging.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect_err("it diverges");
+    let pair = column(9.0, End, &Log::default());
+    let diverging = scheme(Acceleration::Constant(0.3), false);
+    let mut driven = Run {
+        solver: Coupled::new(pair, diverging),
+        schedule: Schedule::new(0.0, 1e-4, 1e-4, 1e-4, SubSteps::Stable),
+    };
+    let error = driven.drive(|_, _| Ok(Onward::Continue)).expect_err("it diverges");
     let SchemeError::NotConverged { window: 0, iterations: 50, .. } = error else { panic!("{error}") };
     assert!(error.to_string().contains("coupling.convergence.max_iterations"), "{error}");
 }
@@ -110,11 +118,11 @@ fn added_mass_that_diverges_explicitly_converges_in_known_numbers_of_iterations(
 fn every_acceleration_comes_to_the_same_motion() {
     for velocity in [Mean, End] {
         let heights = |acceleration, parallel| {
-            let mut pair = column(9.0, velocity, &Log::default());
+            let pair = column(9.0, velocity, &Log::default());
             // Constant relaxation against the mean velocity, which answers half as much: 1 − 0.05 · 5.5 an
             // iteration, 58 to 1e-8.
-            let mut scheme = Implicit { iterations_limit: 80, ..scheme(acceleration, parallel) };
-            run(&mut pair, &mut scheme, 100, 1e-3).1
+            let scheme = Implicit { iterations_limit: 80, ..scheme(acceleration, parallel) };
+            run(pair, scheme, 100, 1e-3).1
         };
         let reference = heights(quasi_newton(0, false), false);
         for (acceleration, parallel) in [
@@ -138,8 +146,8 @@ fn every_acceleration_comes_to_the_same_motion() {
 #[test]
 fn a_window_is_solved_again_with_growing_iterations_and_only_the_last_is_accepted() {
     let log = Log::default();
-    let mut pair = column(9.0, End, &log);
-    let (accepted, _) = run(&mut pair, &mut scheme(Acceleration::Aitken(Aitken::new(0.1)), false), 1, 1e-4);
+    let pair = column(9.0, End, &log);
+    let (accepted, _, pair) = run(pair, scheme(Acceleration::Aitken(Aitken::new(0.1)), false), 1, 1e-4);
     let count = iterations(&accepted)[0];
     let mut expected = vec!["structure initialize".to_owned(), "fluid initialize".to_owned()];
     for iteration in 0..count {
@@ -165,8 +173,7 @@ fn a_window_is_solved_again_with_growing_iterations_and_only_the_last_is_accepte
 #[test]
 fn a_parallel_window_starts_both_before_it_waits_for_either() {
     let log = Log::default();
-    let mut pair = column(0.5, End, &log);
-    run(&mut pair, &mut scheme(quasi_newton(0, false), true), 1, 1e-4);
+    run(column(0.5, End, &log), scheme(quasi_newton(0, false), true), 1, 1e-4);
     let order = ["structure start 0.0", "fluid start 0.0", "structure finish", "fluid finish"];
     assert_eq!(log.brief()[2..6], order);
 }
@@ -179,16 +186,17 @@ fn the_limit_continues_stops_or_shrinks_as_the_case_says() {
         iterations_limit,
         ..scheme(Acceleration::Constant(0.19), false)
     };
-    let mut pair = column(9.0, End, &Log::default());
-    let (accepted, _) = run(&mut pair, &mut slow(AtLimit::Continue, 10), 3, 1e-4);
+    let pair = column(9.0, End, &Log::default());
+    let (accepted, _, pair) = run(pair, slow(AtLimit::Continue, 10), 3, 1e-4);
     assert_eq!(iterations(&accepted), [10; 3]);
     assert!(pair.residuals.len() == 10 && pair.residuals.iter().all(|left| !left.converged));
-    let mut pair = column(9.0, End, &Log::default());
-    let mut schedule = Schedule::new(0.0, 1e-4, 1e-4, 1e-4, SubSteps::Stable);
-    let mut shrinking = slow(AtLimit::Shrink, 10);
-    let error = shrinking
-        .run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue))
-        .expect_err("it is no better when small");
+    let pair = column(9.0, End, &Log::default());
+    let shrinking = slow(AtLimit::Shrink, 10);
+    let mut driven = Run {
+        solver: Coupled::new(pair, shrinking),
+        schedule: Schedule::new(0.0, 1e-4, 1e-4, 1e-4, SubSteps::Stable),
+    };
+    let error = driven.drive(|_, _| Ok(Onward::Continue)).expect_err("it is no better when small");
     let SchemeError::NotConverged { size, .. } = error else { panic!("{error}") };
     assert_eq!(size, 1e-4 / 1024.0);
     // r = 0.1 suits a window in which the spring hardly moves; in 0.02 s it does (ω Δt = 1.3), and 12
@@ -196,13 +204,13 @@ fn the_limit_continues_stops_or_shrinks_as_the_case_says() {
     // schedule allows.
     let fluid = side(build("added-mass-column wall=moving mass=9").expect("a mock"));
     let structure = side(build("spring-mass stiffness=4e3 displacement=0,0.01").expect("a mock"));
-    let mut pair = Pair::initialize(fluid, structure, 0.0, End).expect("they fit");
+    let pair = Pair::initialize(fluid, structure, 0.0, End).expect("they fit");
     let mut shrinking = Implicit {
         measures: Measures { absolute: None, relative: Some(1e-6), residual_relative: None, all: false },
         ..slow(AtLimit::Shrink, 12)
     };
     shrinking.acceleration = Acceleration::Constant(0.1);
-    let (accepted, _) = run(&mut pair, &mut shrinking, 4, 0.02);
+    let (accepted, ..) = run(pair, shrinking, 4, 0.02);
     assert!(accepted.iter().any(|a| a.window.size < 0.02), "{:?}", iterations(&accepted));
     let end: f64 = accepted.last().expect("windows").time;
     assert_eq!(end, 0.08);
@@ -211,11 +219,14 @@ fn the_limit_continues_stops_or_shrinks_as_the_case_says() {
 #[test]
 fn a_parallel_explicit_window_solves_both_at_once_with_what_the_last_one_gave() {
     let log = Log::default();
-    let mut pair = column(0.1, End, &log);
-    let mut schedule = Schedule::new(0.0, 1.0, 1.0, 1e-3, SubSteps::Stable);
+    let pair = column(0.1, End, &log);
     let scheme = ParallelExplicit { relaxation: 1.0, enforce: true };
     let (mut velocities, mut heights) = (Vec::new(), Vec::new());
-    let run = scheme.run(&mut pair, &mut schedule, |_, pair| {
+    let mut driven = Run {
+        solver: Coupled::new(pair, scheme),
+        schedule: Schedule::new(0.0, 1.0, 1.0, 1e-3, SubSteps::Stable),
+    };
+    let run = driven.drive(|_, Coupled { pair, .. }| {
         velocities.push(pair.new_velocity[1]);
         heights.push(pair.structure.scalars[1].abs());
         Ok(Onward::Continue)

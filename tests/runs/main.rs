@@ -12,6 +12,7 @@ mod gate;
 mod implicit;
 mod mapped;
 mod processes;
+mod python;
 mod solvers;
 mod support;
 mod unit;

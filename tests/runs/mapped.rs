@@ -7,7 +7,7 @@ use coupler::mapped::{Filling, Mapped};
 use coupler::phase::Announce;
 use coupler::schedule::Schedule;
 use coupler::schemes::serial_explicit::SerialExplicit;
-use coupler::schemes::{Onward, Pair};
+use coupler::schemes::{Coupled, Onward, Pair, Run};
 use coupler::side::Side;
 use interfaces::case::coupling::StructureVelocity::Mean;
 use interfaces::case::coupling::{FluidMapping, FluidMappingMethod, Mapping, MappingMethod};
@@ -57,9 +57,13 @@ fn a_rigid_motion_of_the_mesh_is_one_of_the_particles() {
             &Log::default(),
         )
         .expect("a mesh");
-        let mut pair = Pair::initialize(fluid("constant"), structure, 0.0, Mean).expect("they fit");
-        let mut schedule = Schedule::new(0.0, 0.1, 0.1, 0.01, SubSteps::Stable);
-        EXPLICIT.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("mocks do not fail");
+        let pair = Pair::initialize(fluid("constant"), structure, 0.0, Mean).expect("they fit");
+        let mut driven = Run {
+            solver: Coupled::new(pair, EXPLICIT),
+            schedule: Schedule::new(0.0, 0.1, 0.1, 0.01, SubSteps::Stable),
+        };
+        driven.drive(|_, _| Ok(Onward::Continue)).expect("mocks do not fail");
+        let Run { solver: Coupled { pair, .. }, .. } = driven;
         let found = pair.accepted_position().expect("given");
         for (x, reference) in found.chunks_exact(2).zip(filling().positions.chunks_exact(2)) {
             // (x, y) turned by 90° is (−y, x); round-off of sums of a few terms of up to 0.2 m, ten windows
@@ -95,10 +99,13 @@ fn force_and_moment_survive_the_way_to_the_mesh() {
         // Hydrostatic on a submerged body: a load that is another at every particle once the plate has
         // turned.
         let fluid = fluid("hydrostatic level=0.3 plate_thickness=0.02 reaction_factor=0.9");
-        let mut pair = Pair::initialize(fluid, structure, 0.0, Mean).expect("they fit");
-        let mut schedule = Schedule::new(0.0, 0.1, 0.1, 0.01, SubSteps::Stable);
+        let pair = Pair::initialize(fluid, structure, 0.0, Mean).expect("they fit");
         let mut applied = Vec::new();
-        let run = EXPLICIT.run(&mut pair, &mut schedule, |accepted, _| {
+        let mut driven = Run {
+            solver: Coupled::new(pair, EXPLICIT),
+            schedule: Schedule::new(0.0, 0.1, 0.1, 0.01, SubSteps::Stable),
+        };
+        let run = driven.drive(|accepted, _| {
             let condition = accepted.condition46.expect("a coupled window");
             // On the fluid's side of the mapping it is enforced as ever.
             assert!(condition.residual_before > 0.05 && condition.residual_after < 1e-13, "{condition:?}");
@@ -244,10 +251,13 @@ fn a_fluid_with_points_of_its_own_goes_with_the_particles_and_pushes_them_as_har
         let structure = Side::new(Box::new(Guarded::new(
             build(&format!("prescribed {PARTICLES} law=swing duration=0.1")).expect("a mock"),
         )));
-        let mut pair = Pair::initialize(fluid, structure, 0.0, Mean).expect("they fit");
-        let mut schedule = Schedule::new(0.0, 0.1, 0.1, 0.01, SubSteps::Stable);
+        let pair = Pair::initialize(fluid, structure, 0.0, Mean).expect("they fit");
         let mut loads = Vec::new();
-        let run = EXPLICIT.run(&mut pair, &mut schedule, |_, pair| {
+        let mut driven = Run {
+            solver: Coupled::new(pair, EXPLICIT),
+            schedule: Schedule::new(0.0, 0.1, 0.1, 0.01, SubSteps::Stable),
+        };
+        let run = driven.drive(|_, Coupled { pair, .. }| {
             let position = pair.accepted_position().expect("given").to_vec();
             loads.push((position, pair.fluid.outputs.get(names::PRESSURE_GRADIENT).expect("given").to_vec()));
             Ok(Onward::Continue)

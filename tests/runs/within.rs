@@ -5,9 +5,10 @@ use coupler::acceleration::Acceleration;
 use coupler::acceleration::quasi_newton::{Choice, QuasiNewton};
 use coupler::convergence::Measures;
 use coupler::schedule::Schedule;
-use coupler::schemes::implicit::Implicit;
+use coupler::schemes::extrapolation::Extrapolation;
+use coupler::schemes::implicit::{Implicit, Unknowns};
 use coupler::schemes::serial_explicit::SerialExplicit;
-use coupler::schemes::{Onward, Pair, alone};
+use coupler::schemes::{Coupled, Onward, Pair, Run};
 use coupler::side::Side;
 use interfaces::case::coupling::LoadInWindow::{self, Held, Linear};
 use interfaces::case::coupling::StructureVelocity::{self, End, Mean};
@@ -32,8 +33,12 @@ fn height(structure: &str, load_in_window: LoadInWindow, size: f64, scheme: &Ser
     let words = format!("spring-mass stiffness=400 {structure}");
     let mut pair = pair("harmonic gradient=0,1e3 frequency=1", &words, &Log::default());
     pair.load_in_window = load_in_window;
-    let mut schedule = Schedule::new(0.0, 0.4, 0.4, size, SubSteps::Fixed(100));
-    scheme.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("mocks do not fail");
+    let mut driven = Run {
+        solver: Coupled::new(pair, *scheme),
+        schedule: Schedule::new(0.0, 0.4, 0.4, size, SubSteps::Fixed(100)),
+    };
+    driven.drive(|_, _| Ok(Onward::Continue)).expect("mocks do not fail");
+    let Run { solver: Coupled { pair, .. }, .. } = driven;
     pair.structure.scalars[1]
 }
 
@@ -75,19 +80,23 @@ fn last_height(mass_ratio: f64, load_in_window: LoadInWindow, velocity: Structur
     pair.load_in_window = load_in_window;
     let choice =
         Choice { relaxation: 0.1, reused_windows: 0, multi_vector: false, filter: 1e-3, columns: 100 };
-    let mut scheme = Implicit {
+    let scheme = Implicit {
         parallel: false,
         enforce: true,
         measures: Measures { absolute: None, relative: Some(1e-8), residual_relative: None, all: false },
         iterations_limit: 50,
         at_limit: AtLimit::Stop,
         acceleration: Acceleration::QuasiNewton(Box::new(QuasiNewton::new(choice))),
-        extrapolation: 0,
+        extrapolation: Extrapolation::new(0),
+        unknowns: Unknowns::default(),
     };
     let size = 0.1 / 4e3_f64.sqrt();
-    let mut schedule = Schedule::new(0.0, 100.0 * size, 100.0 * size, size, SubSteps::Stable);
     let mut largest = 0.0_f64;
-    let run = scheme.run(&mut pair, &mut schedule, |accepted, pair| {
+    let mut driven = Run {
+        solver: Coupled::new(pair, scheme),
+        schedule: Schedule::new(0.0, 100.0 * size, 100.0 * size, size, SubSteps::Stable),
+    };
+    let run = driven.drive(|accepted, Coupled { pair, .. }| {
         if accepted.window.index >= 90 {
             largest = largest.max(pair.structure.scalars[1].abs());
         }
@@ -119,9 +128,12 @@ fn a_linear_load_goes_with_the_velocity_at_the_end() {
 fn a_staggered_window_is_solved_once_by_each() {
     let staggered = SerialExplicit { predict: false, ..EXPLICIT };
     let log = Log::default();
-    let mut pair = pair("constant gradient=0,10", "spring-mass", &log);
-    let mut schedule = Schedule::new(0.0, 0.2, 0.1, 0.1, SubSteps::Fixed(3));
-    staggered.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("mocks do not fail");
+    let pair = pair("constant gradient=0,10", "spring-mass", &log);
+    let mut driven = Run {
+        solver: Coupled::new(pair, staggered),
+        schedule: Schedule::new(0.0, 0.2, 0.1, 0.1, SubSteps::Fixed(3)),
+    };
+    driven.drive(|_, _| Ok(Onward::Continue)).expect("mocks do not fail");
     let window = |n: u32| {
         [
             format!("structure start {n}.0"),
@@ -141,13 +153,17 @@ fn a_staggered_window_is_solved_once_by_each() {
 #[test]
 fn a_participant_that_asks_for_an_end_gets_it_with_an_output() {
     let log = Log::default();
-    let mut pair = pair("constant gradient=0,10 end_after=0.25", "spring-mass", &log);
-    let mut schedule = Schedule::new(0.0, 1.0, 0.5, 0.1, SubSteps::Stable);
+    let pair = pair("constant gradient=0,10 end_after=0.25", "spring-mass", &log);
     let mut outputs = Vec::new();
-    let run = EXPLICIT.run(&mut pair, &mut schedule, |accepted, _| {
+    let mut driven = Run {
+        solver: Coupled::new(pair, EXPLICIT),
+        schedule: Schedule::new(0.0, 1.0, 0.5, 0.1, SubSteps::Stable),
+    };
+    let run = driven.drive(|accepted, _| {
         outputs.push((accepted.time, accepted.output));
         Ok(Onward::Continue)
     });
+    let Run { solver: Coupled { pair, .. }, .. } = driven;
     run.expect("mocks do not fail");
     // Windows of 0.1 s: the third is the first to end after 0.25 s.
     assert_eq!(outputs.iter().map(|(_, output)| *output).collect::<Vec<_>>(), [None, None, Some(1)]);
@@ -161,9 +177,9 @@ fn one_side_alone_may_ask_too() {
     let mock = build("constant gradient=0,10 end_after=0.25").expect("a mock");
     let mut side = Side::new(Box::new(Guarded::new(mock)));
     side.initialize(0.0, 5, None).expect("a mock");
-    let mut schedule = Schedule::new(0.0, 1.0, 0.5, 0.1, SubSteps::Stable);
-    alone::run(&mut side, &mut schedule, |_, _| Ok(Onward::Continue)).expect("a mock does not fail");
-    assert_eq!((schedule.windows(), schedule.finished()), (3, true));
+    let mut driven = Run { solver: side, schedule: Schedule::new(0.0, 1.0, 0.5, 0.1, SubSteps::Stable) };
+    driven.drive(|_, _| Ok(Onward::Continue)).expect("a mock does not fail");
+    assert_eq!((driven.schedule.windows(), driven.schedule.finished()), (3, true));
 }
 
 #[test]
@@ -172,8 +188,12 @@ fn a_run_ends_where_the_interface_is_steady() {
     let mut pair = pair("constant gradient=0,1e3", "spring-mass stiffness=400 damping=20", &Log::default());
     let quantities = vec![SteadyQuantity::Position, SteadyQuantity::Velocity, SteadyQuantity::Load];
     pair.end_when_steady(SteadyState { quantities, rate: 1e-3, duration: 0.2 });
-    let mut schedule = Schedule::new(0.0, 100.0, 100.0, 0.01, SubSteps::Stable);
-    EXPLICIT.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("mocks do not fail");
+    let mut driven = Run {
+        solver: Coupled::new(pair, EXPLICIT),
+        schedule: Schedule::new(0.0, 100.0, 100.0, 0.01, SubSteps::Stable),
+    };
+    driven.drive(|_, _| Ok(Onward::Continue)).expect("mocks do not fail");
+    let Run { solver: Coupled { pair, .. }, schedule } = driven;
     assert!(pair.ending.as_deref().is_some_and(|why| why.starts_with("a steady state")), "{:?}", pair.ending);
     // Velocity and its rate are largest, 20² e^(−10 t) of the departure: below 1e-3 after ln(4e5)/10 = 1.29 s
     // at the latest, give or take a period of 2π/17.3 s; the 0.2 s on top.

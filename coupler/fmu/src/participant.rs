@@ -328,14 +328,15 @@ impl Participant for UnitParticipant {
         Ok(saved::seal(&self.abilities.token, &state))
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
         self.check_serializes()?;
         let state = saved::open(&self.abilities.token, state)
             .map_err(|error| failed(format_args!("of {}: {error}", self.abilities.name)))?;
         self.instance().deserialize(state).map_err(failed)?;
         self.instance().go_back().map_err(failed)?;
         self.left_accepted = false;
-        Ok(())
+        self.get(outputs, |exchange| exchange == Exchange::EveryWindow)?;
+        Ok(Readiness { window_limit: self.window_limit()?, scalars: self.scalars(Stepped::On)? })
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

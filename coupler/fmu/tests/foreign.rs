@@ -4,7 +4,7 @@ mod spring_unit;
 
 use coupler::schedule::Schedule;
 use coupler::schemes::serial_explicit::SerialExplicit;
-use coupler::schemes::{Onward, Pair};
+use coupler::schemes::{Coupled, Onward, Pair, Run};
 use coupler::side::Side;
 use interfaces::case::Case;
 use interfaces::case::coupling::StructureVelocity::Mean;
@@ -80,11 +80,14 @@ fn it_moves_as_the_mock_of_its_equation() {
     let tip = |structure: Box<dyn Participant>| {
         let side = |participant| Side::new(Box::new(Guarded::new(participant)));
         let fluid = build("added-mass-column mass=0.5 wall=compliant gravity=9.81").expect("a mock");
-        let mut pair = Pair::initialize(side(fluid), side(structure), 0.0, Mean).expect("they fit");
-        let mut schedule = Schedule::new(0.0, 0.5, 0.1, 0.004, SubSteps::Fixed(10));
+        let pair = Pair::initialize(side(fluid), side(structure), 0.0, Mean).expect("they fit");
         let mut path = Vec::new();
         let explicit = SerialExplicit { relaxation: 1.0, enforce: true, predict: true };
-        let ended = explicit.run(&mut pair, &mut schedule, |_, pair| {
+        let mut driven = Run {
+            solver: Coupled::new(pair, explicit),
+            schedule: Schedule::new(0.0, 0.5, 0.1, 0.004, SubSteps::Fixed(10)),
+        };
+        let ended = driven.drive(|_, Coupled { pair, .. }| {
             path.push(pair.structure.outputs.get(names::POSITION).expect("given")[1]);
             Ok(Onward::Continue)
         });
@@ -268,11 +271,15 @@ fn a_unit_may_be_the_fluid() {
     let side = |participant| Side::new(Box::new(Guarded::new(participant)));
     // 0.5 kg on 400 N/m, 10 cm to the side; five points of 0.5 N s/m.
     let structure = "spring-mass points=5 spacing=0.01 density=1000 stiffness=400 displacement=0.1,0";
-    let mut pair =
+    let pair =
         Pair::initialize(side(make()), side(build(structure).expect("a mock")), 0.0, Mean).expect("they fit");
-    let mut schedule = Schedule::new(0.0, 1.0, 0.1, 1e-4, SubSteps::Fixed(1));
     let explicit = SerialExplicit { relaxation: 1.0, enforce: true, predict: true };
-    explicit.run(&mut pair, &mut schedule, |_, _| Ok(Onward::Continue)).expect("nothing fails");
+    let mut driven = Run {
+        solver: Coupled::new(pair, explicit),
+        schedule: Schedule::new(0.0, 1.0, 0.1, 1e-4, SubSteps::Fixed(1)),
+    };
+    driven.drive(|_, _| Ok(Onward::Continue)).expect("nothing fails");
+    let Run { solver: Coupled { pair, .. }, .. } = driven;
     let found = pair.structure.outputs.get(names::POSITION).expect("given")[0];
     // u = u0 exp(-gamma t) (cos wt + gamma/w sin wt), gamma = c/2m = 2.5 1/s, w^2 = k/m - gamma^2.
     let (gamma, omega) = (2.5_f64, (800.0_f64 - 2.5 * 2.5).sqrt());

@@ -1,7 +1,7 @@
 //! Aitken's dynamic relaxation for vectors (Küttler and Wall 2008, Computational Mechanics 43, 61–72, Eq.
 //! 44).
 
-use super::{sizes, weighed};
+use super::blocks::{sizes, weighed};
 use std::ops::Range;
 
 /// Largest magnitude of a relaxation factor: where two residuals hardly differ, the quotient says nothing.

@@ -13,15 +13,17 @@
 //! | IQN-IMVJ | `y − J r`, `J = J_prev + (W − J_prev V) V⁺` | [`quasi_newton`] |
 
 pub mod aitken;
+mod blocks;
 pub mod quasi_newton;
 #[cfg(test)]
 mod tests;
 
-use crate::flat::dot;
 use aitken::Aitken;
+use blocks::relax;
 use interfaces::case::coupling::{self, AccelerationMethod};
 use quasi_newton::{Choice, QuasiNewton};
 use std::ops::Range;
+use words::bytes::{self, Reader, Writer};
 
 /// The method, with what it remembers.
 #[derive(Clone, Debug)]
@@ -78,6 +80,42 @@ impl Acceleration {
         }
     }
 
+    /// Writes the method and what it remembers from window to window: constant relaxation and Aitken's nothing.
+    pub fn save(&self, state: &mut Writer) {
+        state.text(self.name());
+        if let Self::QuasiNewton(quasi_newton) = self {
+            quasi_newton.save(state);
+        }
+    }
+
+    /// Goes to what [`save`](Self::save) wrote, of so many `unknowns` in so many `blocks`.
+    pub fn restore(
+        &mut self,
+        state: &mut Reader<'_>,
+        blocks: usize,
+        unknowns: usize,
+    ) -> Result<(), bytes::Error> {
+        match state.text("acceleration")? {
+            method if method == self.name() => {}
+            other => return Err(state.refuse("acceleration", other)),
+        }
+        match self {
+            Self::Constant(_) => {}
+            Self::Aitken(aitken) => aitken.end_window(),
+            Self::QuasiNewton(quasi_newton) => quasi_newton.restore(state, blocks, unknowns)?,
+        }
+        Ok(())
+    }
+
+    fn name(&self) -> &'static str {
+        match self {
+            Self::Constant(_) => "constant relaxation",
+            Self::Aitken(_) => "Aitken",
+            Self::QuasiNewton(quasi_newton) if quasi_newton.is_multi_vector() => "IQN-IMVJ",
+            Self::QuasiNewton(_) => "IQN-ILS",
+        }
+    }
+
     /// The window starts anew with another size: what its iterates told so far is of another map, and is
     /// forgotten.
     pub fn restart_window(&mut self) {
@@ -87,26 +125,4 @@ impl Acceleration {
             Self::QuasiNewton(quasi_newton) => quasi_newton.restart_window(),
         }
     }
-}
-
-/// `x ← x + ω r`.
-fn relax(omega: f64, x: &mut [f64], r: &[f64]) {
-    for (x, r) in x.iter_mut().zip(r) {
-        *x += omega * r;
-    }
-}
-
-/// `Σ_b a_b·b_b / size_b²` over the blocks.
-fn weighed(blocks: &[Range<usize>], sizes: &[f64], a: &[f64], b: &[f64]) -> f64 {
-    blocks
-        .iter()
-        .zip(sizes)
-        .map(|(block, size)| dot(&a[block.clone()], &b[block.clone()]) / (size * size))
-        .sum()
-}
-
-/// The size of each block of `y`, by which it is weighed; one where there is nothing.
-fn sizes(blocks: &[Range<usize>], y: &[f64]) -> Vec<f64> {
-    let size = |block: &Range<usize>| dot(&y[block.clone()], &y[block.clone()]).sqrt();
-    blocks.iter().map(size).map(|size| if size > 0.0 { size } else { 1.0 }).collect()
 }

@@ -12,7 +12,9 @@
 //! [`Choice::filter`] of itself is left out (QR2 of Haelterman et al.): what it would add is error. That is
 //! also what makes the normal equations safe: with a filter of 1e-3 they lose six of sixteen digits.
 
-use super::{relax, sizes};
+mod saved;
+
+use super::blocks::{relax, sizes, weighed};
 use crate::flat::{self, dot, dots};
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -91,6 +93,11 @@ impl QuasiNewton {
             with_residual: Vec::new(),
             dropped: Vec::new(),
         }
+    }
+
+    /// Whether the earlier windows make a Jacobian of their own.
+    pub fn is_multi_vector(&self) -> bool {
+        self.choice.multi_vector
     }
 
     /// Number of columns at hand.
@@ -281,8 +288,7 @@ impl Factor {
 
     /// `from ← from − (W − J V) V⁺ r`.
     fn subtract(&self, blocks: &[Range<usize>], r: &[f64], from: &mut [f64]) {
-        let with =
-            self.residuals.iter().map(|column| super::weighed(blocks, &self.sizes, column, r)).collect();
+        let with = self.residuals.iter().map(|column| weighed(blocks, &self.sizes, column, r)).collect();
         for (image, c) in self.images.iter().zip(self.triangle.solve(with)) {
             relax(-c, from, image);
         }

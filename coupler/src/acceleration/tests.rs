@@ -1,4 +1,5 @@
 use super::*;
+use crate::flat::dot;
 use quasi_newton::Choice;
 
 /// The only block of a vector of `n` entries.

@@ -3,12 +3,11 @@
 use super::{BenchError, Measured, Options, Series, warm_up};
 use crate::launch;
 use crate::run::participants::Participants;
-use crate::run::{self, Coupled, RunError, Solvers};
-use crate::schemes::Onward;
+use crate::run::{self, RunError, Solvers};
+use crate::schemes::{Onward, Solver as _};
 use crate::timing::Timing;
 use interfaces::case::Case;
 use interfaces::{ParticipantError, Role, new_run};
-use output::summary::Summary;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -103,18 +102,16 @@ fn measure_in(
     let none = |_: Role| Err(ParticipantError::failed("the bench has no participant in its own process"));
     let solvers = Solvers { in_process: &none, executable: &options.executable };
     launch::forget_peak_memory();
-    let folder = run::prepare_folder(out, &case)?;
+    let folder = run::folder::prepare(out, &case)?;
     let mut participants = Participants::new(Timing::new(None));
     let mut times = Vec::with_capacity(windows as usize);
     let started = participants.start(&case, &run_options, &solvers);
     let result = started.and_then(|()| timed(&case, &run_options, &mut participants, windows, &mut times));
-    let mut summary = Summary::default();
-    participants.end(&mut summary, result.is_ok());
+    let memory = participants.end(result.is_ok());
     drop(folder);
     let cpu_seconds = result? / times.len() as f64;
     times.sort_by(f64::total_cmp);
-    let peak_memory_bytes = summary.roles.values().map(|role| role.peak_memory_bytes).sum();
-    Ok(Measured { times, cpu_seconds, peak_memory_bytes })
+    Ok(Measured { times, cpu_seconds, peak_memory_bytes: memory.values().sum() })
 }
 
 /// Solves all windows, fills in the time of each that counts (s), and gives the processor time of those (s).
@@ -125,12 +122,12 @@ fn timed(
     windows: u64,
     times: &mut Vec<f64>,
 ) -> Result<f64, RunError> {
-    let mut coupled = Coupled::initialize(case, options, participants)?;
+    let mut coupled = run::coupled(case, options, participants)?;
     let cpu = |participants: &Participants| launch::cpu_seconds(None) + participants.cpu_seconds();
     let (mut before, mut after) = (0.0, 0.0);
     let mut placement = participants.placement(case);
     let mut last = Instant::now();
-    let result = coupled.run(case, |accepted, _| {
+    let result = coupled.drive(|accepted, _| {
         times.push(last.elapsed().as_secs_f64());
         placement.window();
         let done = accepted.window.index + 1;
@@ -146,7 +143,8 @@ fn timed(
         if options.stop.load(Ordering::Relaxed) { Onward::Stop } else { Onward::Continue }
     });
     result?;
-    coupled.pair.fluid.terminate()?;
-    coupled.pair.structure.terminate()?;
+    for side in coupled.run.solver.sides_mut() {
+        side.terminate()?;
+    }
     Ok(after - before)
 }

@@ -4,7 +4,7 @@ use super::{BenchError, Measured, Options, Series, warm_up};
 use crate::launch::{self, Child};
 use crate::placement::Placement;
 use interfaces::protocol::Kind;
-use interfaces::transport::{Connection, ipc};
+use interfaces::transport::{Connection, SharedMemory};
 use interfaces::{Address, ParticipantError, Role, new_run, remove_stale};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -18,7 +18,7 @@ const DEADLINE: Duration = Duration::from_secs(20);
 /// Where the transport fails, or nothing comes.
 pub fn echo(address: &Address, taken: usize, given: usize) -> Result<(), ParticipantError> {
     let mut connection =
-        Connection::<ipc::Service>::open(address, DEADLINE, Arc::default(), Box::new(|| None))?;
+        Connection::<SharedMemory>::open(address, DEADLINE, Arc::default(), Box::new(|| None))?;
     let (mut inputs, outputs) = (vec![0.0; taken], vec![1.0; given]);
     connection.send_raw(Kind::Hello, &[], true)?;
     loop {
@@ -32,7 +32,7 @@ pub fn echo(address: &Address, taken: usize, given: usize) -> Result<(), Partici
 
 /// One participant's end, seen from here.
 struct Leg {
-    connection: Connection<ipc::Service>,
+    connection: Connection<SharedMemory>,
     child: Child,
     given: Vec<f64>,
     answer: Vec<f64>,

@@ -4,11 +4,11 @@
 //! The fluid names its own points, such as the wetted vertices of its mesh, where they are at the start
 //! (`own_position`). Each window it takes their displacement since then at the window's start, and their
 //! velocity over the window; it gives the force on each. Motion comes from the structure's particles by the
-//! weights of a [`Mapping`] (`u_t = Σ W_ts u_s`); forces go to them by the transpose, as the pressure
+//! weights of a [mapping](crate::mapping) (`u_t = Σ W_ts u_s`); forces go to them by the transpose, as the pressure
 //! gradients `∇p_s = −F_s/V_s`: force, moment and power are kept.
 
-use super::initialised;
-use crate::mapping::{Mapping, MappingError, Method, POINTS_PER_CLUSTER, Settings};
+use super::weights::{Weights, initialised};
+use crate::mapping::{Method, POINTS_PER_CLUSTER, Settings};
 use crate::phase::{Announce, Phase};
 use interfaces::case::coupling::{FluidMapping, FluidMappingMethod};
 use interfaces::port::names;
@@ -27,15 +27,12 @@ pub struct MappedFluid<P> {
     /// The fluid's own fields.
     inputs: Fields,
     outputs: Fields,
-    /// Made at initialisation.
-    mapping: Option<Mapping>,
-    /// Positions for which the weights were made (m): the structure's particles', the fluid's points'.
-    made_at: [Vec<f64>; 2],
+    /// From the structure's particles to the fluid's points; made at initialisation.
+    weights: Option<Weights>,
+    /// Whether the next window starts with weights that are made anew.
+    stale: bool,
     /// Reference volumes of the structure's particles (m³).
     volumes: Vec<f64>,
-    /// Displacements of the structure's particles, and of the fluid's points, since the weights were made
-    /// (m).
-    scratch: [Vec<f64>; 2],
 }
 
 impl<P: Participant> MappedFluid<P> {
@@ -83,10 +80,9 @@ impl<P: Participant> MappedFluid<P> {
             threads: 1,
             inputs: Fields::default(),
             outputs: Fields::default(),
-            mapping: None,
-            made_at: [Vec::new(), Vec::new()],
+            weights: None,
+            stale: false,
             volumes: Vec::new(),
-            scratch: [Vec::new(), Vec::new()],
         })
     }
 
@@ -105,59 +101,40 @@ impl<P: Participant> MappedFluid<P> {
 
     /// The fluid's points' motion from that of the particles.
     fn take_motion(&mut self, given: &Fields) {
-        let Self { inputs, outputs, mapping, made_at, scratch, description, .. } = self;
-        let (mapping, d) = (initialised(mapping), description.dimension);
+        let Self { inputs, outputs, weights, description, .. } = self;
+        let weights = initialised(weights);
         if let (Some(now), Some(displacement)) =
             (given.get(names::POSITION), inputs.get_mut(names::DISPLACEMENT))
         {
-            let moved = &mut scratch[0];
-            moved.clear();
-            moved.extend(now.iter().zip(&made_at[0]).map(|(now, then)| now - then));
-            mapping.consistent(d, moved, displacement);
+            weights.displacement(now, displacement);
             // What they had moved before the weights were made.
             let start = outputs.get(names::OWN_POSITION).unwrap_or(&[]);
-            for ((u, then), start) in displacement.iter_mut().zip(&made_at[1]).zip(start) {
+            for ((u, then), start) in displacement.iter_mut().zip(weights.targets_made_at()).zip(start) {
                 *u += then - start;
             }
         }
         if let (Some(of_particles), Some(own)) = (given.get(names::VELOCITY), inputs.get_mut(names::VELOCITY))
         {
-            mapping.consistent(d, of_particles, own);
+            weights.mapping().consistent(description.dimension, of_particles, own);
         }
     }
 
     /// The particles' load from the forces on the fluid's points.
-    fn give_load(&self, given: &mut Fields) {
-        let Self { outputs, mapping, volumes, description, .. } = self;
-        let (mapping, d) = (initialised(mapping), description.dimension);
+    fn give_load(&mut self, given: &mut Fields) {
+        let Self { outputs, weights, volumes, description, .. } = self;
+        let (mapping, d) = (initialised(weights).mapping(), description.dimension);
         if let (Some(force), Some(load)) =
             (outputs.get(names::FORCE), given.get_mut(names::PRESSURE_GRADIENT))
         {
             mapping.conservative(d, force, load);
-            for (gradient, volume) in load.chunks_exact_mut(d).zip(volumes) {
+            for (gradient, volume) in load.chunks_exact_mut(d).zip(&*volumes) {
                 gradient.iter_mut().for_each(|g| *g = -*g / volume);
             }
         }
     }
-
-    /// Makes the weights for where the points are at the window's start.
-    fn rebuild(&mut self, given: &Fields) -> Result<(), ParticipantError> {
-        let (d, mapping) = (self.description.dimension, self.mapping.as_mut());
-        let mapping = mapping.expect("a mapping is made at initialisation, which comes before all else");
-        let ([source, target], [moved, follow]) = (&mut self.made_at, &mut self.scratch);
-        let now = given.get(names::POSITION).unwrap_or(&[]);
-        moved.clear();
-        moved.extend(now.iter().zip(&*source).map(|(now, then)| now - then));
-        follow.resize(target.len(), 0.0);
-        mapping.consistent(d, moved, follow);
-        target.iter_mut().zip(&*follow).for_each(|(x, u)| *x += u);
-        source.copy_from_slice(now);
-        mapping.update(source, target).map_err(failed)
-    }
 }
 
-#[expect(clippy::needless_pass_by_value, reason = "what map_err gives")]
-fn failed(error: MappingError) -> ParticipantError {
+fn failed(error: impl std::fmt::Display) -> ParticipantError {
     ParticipantError::failed(format!(
         "failed to map between the structure's particles and the fluid's points: {error}"
     ))
@@ -194,10 +171,9 @@ impl<P: Participant> Participant for MappedFluid<P> {
         }
         let announce = self.announce.clone();
         announce.during(Phase::Mapping, || {
-            let mut mapping = Mapping::build(settings, &particles, &own).map_err(failed)?;
-            mapping.use_threads(self.threads);
-            self.mapping = Some(mapping);
-            self.made_at = [particles, own];
+            let weights = Weights::build(settings, [particles, own], self.threads).map_err(failed)?;
+            self.weights = Some(weights);
+            self.stale = self.choice.rebuild;
             self.give_load(outputs);
             Ok::<_, ParticipantError>(())
         })?;
@@ -209,8 +185,9 @@ impl<P: Participant> Participant for MappedFluid<P> {
         announce.during(Phase::Mapping, || {
             // Every iteration of a window begins at the same positions, so the weights of the first serve
             // all.
-            if self.choice.rebuild && window.iteration == 0 {
-                self.rebuild(inputs)?;
+            if std::mem::take(&mut self.stale) {
+                let now = inputs.get(names::POSITION).unwrap_or(&[]);
+                initialised(&mut self.weights).follow(now).map_err(failed)?;
             }
             self.take_motion(inputs);
             Ok::<_, ParticipantError>(())
@@ -226,23 +203,24 @@ impl<P: Participant> Participant for MappedFluid<P> {
     }
 
     fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+        self.stale = self.choice.rebuild;
         self.inner.accept(snapshot)
     }
 
     /// The fluid's state, and where the weights were made.
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        let mut state = super::bytes_of(&self.made_at);
-        state.extend(self.inner.save()?);
-        Ok(state)
+        let own = self.inner.save()?;
+        Ok(initialised(&mut self.weights).save(&own))
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        let own = super::read_positions(&mut self.made_at, state)?;
-        let [source, target] = &self.made_at;
-        if let Some(mapping) = &mut self.mapping {
-            mapping.update(source, target).map_err(failed)?;
-        }
-        self.inner.restore(own)
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let announce = self.announce.clone();
+        let weights = initialised(&mut self.weights);
+        let own = announce.during(Phase::Mapping, || weights.restore(state)).map_err(failed)?;
+        let ready = self.inner.restore(own, &mut self.outputs)?;
+        announce.during(Phase::Mapping, || self.give_load(outputs));
+        self.stale = self.choice.rebuild;
+        Ok(ready)
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

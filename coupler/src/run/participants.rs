@@ -1,6 +1,7 @@
 //! The participants of a run: in this process, started as processes, or waited for.
 
-use super::{ByRole, CASE, Options, RunError};
+use super::folder::CASE;
+use super::options::{Options, RunError};
 use crate::launch::{self, Child};
 use crate::mapped::fluid::MappedFluid;
 use crate::mapped::{Filling, Mapped};
@@ -15,8 +16,8 @@ use interfaces::{
     Address, Deadlines, Expectations, Guarded, Participant, ParticipantError, RemoteParticipant, Role,
     new_run, remove_stale,
 };
-use output::summary::{RoleUse, Summary};
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -37,6 +38,9 @@ pub struct Solvers<'a> {
 const GRACE: Duration = Duration::from_millis(1500);
 /// How long a participant that has to be started by hand may take to come, and to hear of a fault.
 const BY_HAND: Duration = Duration::from_secs(600);
+
+/// Participants by role.
+type ByRole<T> = BTreeMap<Role, T>;
 
 /// The participants of a run, and the processes behind them.
 pub struct Participants {
@@ -93,7 +97,7 @@ impl Participants {
             listening.push((role, start, address, open));
         }
         for (role, start, address, _) in &listening {
-            self.launch(*role, start, address, options, solvers)?;
+            self.launch(*role, start, address, &case.hash(), options, solvers)?;
         }
         for (role, _, _, open) in listening {
             let remote =
@@ -116,13 +120,13 @@ impl Participants {
                 let mapped = Mapped::new(timed, mapping.clone(), filling, announce);
                 let mut mapped = mapped.map_err(|e| failed(role, "while shaking hands", e))?;
                 // While weights are made, nobody solves.
-                mapped.use_threads(super::threads(case));
+                mapped.use_threads(threads(case));
                 Box::new(Guarded::new(mapped))
             }
             (Role::Fluid, _, Some(mapping)) => {
                 let mapped = MappedFluid::new(timed, mapping.clone(), announce);
                 let mut mapped = mapped.map_err(|e| failed(role, "while shaking hands", e))?;
-                mapped.use_threads(super::threads(case));
+                mapped.use_threads(threads(case));
                 Box::new(Guarded::new(mapped))
             }
             _ => Box::new(timed),
@@ -154,27 +158,26 @@ impl Participants {
         }
     }
 
-    /// Waits for the processes to end, kills those that do not, removes what they leave in shared memory
-    /// then, and puts their memory into the summary. After a failure there is nothing to wait for: whoever
-    /// still runs does so because it hangs.
-    pub fn end(mut self, summary: &mut Summary, in_order: bool) {
+    /// Waits for the processes to end, kills those that do not, and removes what they leave in shared memory
+    /// then. Gives the largest memory of each role (bytes). After a failure there is nothing to wait for:
+    /// whoever still runs does so because it hangs.
+    pub fn end(mut self, in_order: bool) -> BTreeMap<String, u64> {
         // Sides that nobody took are told by this that nothing more is wanted.
         self.sides.clear();
         self.look_at_memory();
-        let coupler = summary.roles.entry("coupler".to_owned()).or_default();
-        coupler.peak_memory_bytes = launch::peak_memory_bytes(None);
+        let mut memory = BTreeMap::from([("coupler".to_owned(), launch::peak_memory_bytes(None))]);
         let grace = if in_order { GRACE } else { GRACE / 3 };
         let deadline = Instant::now() + grace;
         for (role, child) in &self.children {
             let mut child = child.borrow_mut();
-            let used: &mut RoleUse = summary.roles.entry(role.to_string()).or_default();
-            used.peak_memory_bytes = child.peak_memory_bytes();
+            memory.insert(role.to_string(), child.peak_memory_bytes());
             child.end(deadline);
         }
         if let Some(address) = &self.address {
             // What cannot be removed now is removed by the next run; it is no reason to call this one failed.
             let _ = remove_stale(address);
         }
+        memory
     }
 
     fn launch(
@@ -182,6 +185,7 @@ impl Participants {
         role: Role,
         start: &Start,
         address: &Address,
+        hash: &str,
         options: &Options,
         solvers: &Solvers,
     ) -> Result<(), RunError> {
@@ -200,7 +204,7 @@ impl Participants {
             }
             Start::ByHand => {
                 eprintln!(
-                    "waiting for the {role}; start it with MENISCUS_RUN={} MENISCUS_CASE={}, for example before `meniscus {role}`",
+                    "waiting for the {role}; start it with MENISCUS_RUN={} MENISCUS_CASE={} MENISCUS_CASE_HASH={hash}, for example before `meniscus {role}`",
                     address.connect(),
                     case.display()
                 );
@@ -210,6 +214,7 @@ impl Participants {
         let environment = [
             ("MENISCUS_RUN", address.connect()),
             ("MENISCUS_CASE", case.display().to_string()),
+            ("MENISCUS_CASE_HASH", hash.to_owned()),
             ("MENISCUS_ROLE", role.to_string()),
             ("MENISCUS_COUPLER", std::process::id().to_string()),
         ];
@@ -229,6 +234,12 @@ impl Participants {
             None => Box::new(|| None),
         }
     }
+}
+
+/// Threads that a solver is given.
+pub fn threads(case: &Case) -> usize {
+    let all = std::thread::available_parallelism().map_or(1, usize::from);
+    if case.general.threads == 0 { all } else { case.general.threads }
 }
 
 /// How long a participant of this case waits for the coupler, which may be waiting for the other one to be

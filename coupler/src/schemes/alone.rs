@@ -1,24 +1,41 @@
 //! A participant without a partner: the same windows and records, nothing to exchange.
 
-use super::{Accepted, Onward, SchemeError};
+use super::{Accepted, SchemeError, Solver};
 use crate::schedule::Schedule;
 use crate::side::Side;
+use interfaces::TimeWindow;
+use words::bytes::{Reader, Writer};
 
-/// Runs `side` from an initialised state over the schedule. `record` hears of every accepted window.
-pub fn run(
-    side: &mut Side,
-    schedule: &mut Schedule,
-    mut record: impl FnMut(&Accepted, &Side) -> Result<Onward, SchemeError>,
-) -> Result<(), SchemeError> {
-    while let Some(window) = schedule.next(side.window_limit) {
-        side.solve(&window)?;
-        let ends = side.asks_for_end();
-        let output = if ends { schedule.accept_last(&window) } else { schedule.accept(&window) };
-        side.accept(&window, output)?;
-        let accepted = Accepted::alone(window, schedule.time(), output);
-        if record(&accepted, side)? == Onward::Stop {
-            break;
-        }
+impl Solver for Side {
+    fn window_limit(&self) -> f64 {
+        self.window_limit
     }
-    Ok(())
+
+    fn solve(&mut self, window: TimeWindow, schedule: &mut Schedule) -> Result<Accepted, SchemeError> {
+        self.solve_window(&window)?;
+        let ends = self.asks_for_end();
+        let output = if ends { schedule.accept_last(&window) } else { schedule.accept(&window) };
+        self.accept(&window, output)?;
+        Ok(Accepted { window, time: schedule.time(), output, condition46: None, applied: None })
+    }
+
+    fn ending(&self) -> Option<String> {
+        self.asks_for_end().then(|| format!("the {} asked for it", self.role()))
+    }
+
+    fn sides(&self) -> impl AsRef<[&Side]> {
+        [self]
+    }
+
+    fn sides_mut(&mut self) -> impl IntoIterator<Item = &mut Side> {
+        [self]
+    }
+
+    fn save(&mut self, state: &mut Writer) -> Result<(), SchemeError> {
+        Ok(Side::save(self, state)?)
+    }
+
+    fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), SchemeError> {
+        Ok(Side::restore(self, state)?)
+    }
 }

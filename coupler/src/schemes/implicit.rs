@@ -15,7 +15,7 @@
 //! their accepted state.
 
 use super::extrapolation::Extrapolation;
-use super::{Accepted, Onward, Pair, SchemeError};
+use super::{Accepted, Pair, SchemeError};
 use crate::acceleration::Acceleration;
 use crate::convergence::{Measures, Residual};
 use crate::phase::Phase;
@@ -23,8 +23,9 @@ use crate::schedule::Schedule;
 use interfaces::TimeWindow;
 use interfaces::case::coupling::{AtLimit, Combine, Coupling};
 use std::ops::Range;
+use words::bytes::{self, Reader, Writer};
 
-/// What the case sets of the scheme.
+/// What the case sets of the scheme, and what the scheme remembers.
 #[derive(Clone, Debug)]
 pub struct Implicit {
     /// Whether both participants solve at once.
@@ -39,8 +40,10 @@ pub struct Implicit {
     pub at_limit: AtLimit,
     /// From iterate to iterate.
     pub acceleration: Acceleration,
-    /// Order of the extrapolation from window to window: 0, 1 or 2.
-    pub extrapolation: usize,
+    /// From window to window.
+    pub extrapolation: Extrapolation,
+    /// The iteration at hand.
+    pub unknowns: Unknowns,
 }
 
 /// A window is shrunk no further than to this part of what the participants allowed.
@@ -65,54 +68,65 @@ impl Implicit {
             iterations_limit: convergence.max_iterations,
             at_limit: convergence.at_limit,
             acceleration: Acceleration::of(acceleration, coupling.relaxation),
-            extrapolation: coupling.extrapolation.unwrap_or(0) as usize,
+            extrapolation: Extrapolation::new(coupling.extrapolation.unwrap_or(0) as usize),
+            unknowns: Unknowns::default(),
         }
     }
 
-    /// Runs the pair over the schedule. `record` hears of every accepted window.
-    pub fn run(
+    /// Solves the window with the pair until it converges, and accepts it.
+    pub fn solve(
         &mut self,
         pair: &mut Pair,
+        mut window: TimeWindow,
         schedule: &mut Schedule,
-        mut record: impl FnMut(&Accepted, &Pair) -> Result<Onward, SchemeError>,
-    ) -> Result<(), SchemeError> {
-        let mut unknowns = Unknowns::of(pair, self.parallel);
-        let mut outcomes = Extrapolation::new(self.extrapolation, unknowns.x.clone());
-        while let Some(mut window) = schedule.next(pair.window_limit()) {
-            self.converge(pair, &mut window, &mut unknowns, &outcomes)?;
-            pair.announce.during(Phase::Acceleration, || {
-                self.acceleration.end_window(&unknowns.blocks, &unknowns.y, &unknowns.r);
-                outcomes.accept(middle(&window), &unknowns.x);
-            });
+    ) -> Result<Accepted, SchemeError> {
+        self.begin(pair);
+        self.converge(pair, &mut window)?;
+        let Self { unknowns, acceleration, extrapolation, .. } = self;
+        pair.announce.during(Phase::Acceleration, || {
+            acceleration.end_window(&unknowns.blocks, &unknowns.y, &unknowns.r);
+            extrapolation.accept(middle(&window), &unknowns.x);
+        });
+        let found = pair.condition46();
+        pair.accept(&window, found, schedule)
+    }
 
-            let (condition46, applied) = pair.condition46();
-            let output = pair.accept(&window, schedule)?;
-            let accepted = Accepted::alone(window, schedule.time(), output).with(condition46, applied);
-            if record(&accepted, pair)? == Onward::Stop {
-                break;
-            }
+    /// Lays the unknowns out, as they stand before the first window.
+    fn begin(&mut self, pair: &Pair) {
+        if self.unknowns.blocks.is_empty() {
+            self.unknowns = Unknowns::of(pair, self.parallel);
+            self.extrapolation.begin(&self.unknowns.x);
         }
-        Ok(())
+    }
+
+    /// Writes what the next windows depend on. Iterates and residuals are of one window alone.
+    pub(super) fn save(&self, state: &mut Writer) {
+        self.acceleration.save(state);
+        self.extrapolation.save(state);
+    }
+
+    /// Goes to what [`save`](Self::save) wrote.
+    pub(super) fn restore(&mut self, state: &mut Reader<'_>, pair: &Pair) -> Result<(), bytes::Error> {
+        self.unknowns = Unknowns::default();
+        self.begin(pair);
+        let unknowns = self.unknowns.x.len();
+        self.acceleration.restore(state, self.unknowns.blocks.len(), unknowns)?;
+        self.extrapolation.restore(state, unknowns)
     }
 
     /// Steps 1 to 4: iterates until the window has converged, or the limit decides. The window may have
     /// shrunk then; what each iteration left is in [`Pair::residuals`].
-    fn converge(
-        &mut self,
-        pair: &mut Pair,
-        window: &mut TimeWindow,
-        unknowns: &mut Unknowns,
-        outcomes: &Extrapolation,
-    ) -> Result<(), SchemeError> {
+    fn converge(&mut self, pair: &mut Pair, window: &mut TimeWindow) -> Result<(), SchemeError> {
+        let Self { unknowns, acceleration, extrapolation, .. } = self;
         let smallest = SMALLEST_SHARE * window.size;
         let (mut first, mut attempts) = (Vec::new(), 0);
         pair.residuals.clear();
-        outcomes.guess(middle(window), &mut unknowns.x);
+        extrapolation.guess(middle(window), &mut unknowns.x);
         loop {
             if self.parallel {
-                self.parallel_image(pair, window, unknowns)?;
+                unknowns.parallel_image(pair, window, self.enforce)?;
             } else {
-                self.serial_image(pair, window, unknowns)?;
+                unknowns.serial_image(pair, window, self.enforce)?;
             }
             let residual = pair.announce.during(Phase::Acceleration, || {
                 unknowns.residual();
@@ -125,14 +139,14 @@ impl Implicit {
                 return Ok(());
             }
             if attempts < self.iterations_limit {
-                pair.announce.during(Phase::Acceleration, || self.acceleration.next(blocks, x, y, r));
+                pair.announce.during(Phase::Acceleration, || acceleration.next(blocks, x, y, r));
             } else {
                 match self.at_limit {
                     AtLimit::Continue => return Ok(()),
                     AtLimit::Shrink if 0.5 * window.size >= smallest => {
                         window.size *= 0.5;
-                        self.acceleration.restart_window();
-                        outcomes.guess(middle(window), x);
+                        acceleration.restart_window();
+                        extrapolation.guess(middle(window), x);
                         (attempts, first) = (0, Vec::new());
                     }
                     _ => return Err(not_converged(window, attempts, &residual)),
@@ -141,54 +155,16 @@ impl Implicit {
             window.iteration += 1;
         }
     }
-
-    /// The structure under the load `x`, then the fluid against its motion: `y` is the load that the fluid
-    /// gives.
-    fn serial_image(
-        &self,
-        pair: &mut Pair,
-        window: &TimeWindow,
-        unknowns: &mut Unknowns,
-    ) -> Result<(), SchemeError> {
-        pair.load.copy_from_slice(&unknowns.x);
-        pair.solve_structure(window)?;
-        pair.solve_fluid(window)?;
-        pair.take_load(self.enforce);
-        unknowns.y.copy_from_slice(pair.new_load());
-        Ok(())
-    }
-
-    /// The structure under the load of `x` and the fluid against the velocity of `x`, at once: `y` is what
-    /// both give.
-    fn parallel_image(
-        &self,
-        pair: &mut Pair,
-        window: &TimeWindow,
-        unknowns: &mut Unknowns,
-    ) -> Result<(), SchemeError> {
-        let [load, velocity] = [0, 1].map(|block| unknowns.blocks[block].clone());
-        pair.load.copy_from_slice(&unknowns.x[load.clone()]);
-        pair.start_structure(window)?;
-        unknowns.velocity.clear();
-        unknowns.velocity.extend_from_slice(&unknowns.x[velocity.clone()]);
-        pair.start_fluid(window, &mut unknowns.velocity)?;
-        pair.finish_structure(window)?;
-        pair.finish_fluid(window)?;
-        pair.take_load(self.enforce);
-        unknowns.y[load].copy_from_slice(pair.new_load());
-        unknowns.y[velocity].copy_from_slice(&pair.new_velocity);
-        Ok(())
-    }
 }
 
-/// The vectors of the fixed-point iteration, and their parts of one quantity each.
-struct Unknowns {
+/// The vectors of the fixed-point iteration, and their parts of one quantity each; nothing before the first
+/// window.
+#[derive(Clone, Debug, Default)]
+pub struct Unknowns {
     blocks: Vec<Range<usize>>,
     x: Vec<f64>,
     y: Vec<f64>,
     r: Vec<f64>,
-    /// The velocity of `x`, while the fluid is given it.
-    velocity: Vec<f64>,
 }
 
 impl Unknowns {
@@ -202,7 +178,44 @@ impl Unknowns {
             x.extend_from_slice(&pair.new_velocity);
             blocks.push(n..2 * n);
         }
-        Self { blocks, y: x.clone(), r: vec![0.0; x.len()], x, velocity: Vec::new() }
+        Self { blocks, y: x.clone(), r: vec![0.0; x.len()], x }
+    }
+
+    /// The structure under the load `x`, then the fluid against its motion: `y` is the load that the fluid
+    /// gives.
+    fn serial_image(
+        &mut self,
+        pair: &mut Pair,
+        window: &TimeWindow,
+        enforce: bool,
+    ) -> Result<(), SchemeError> {
+        pair.load.copy_from_slice(&self.x);
+        pair.solve_structure(window)?;
+        pair.solve_fluid(window)?;
+        pair.take_load(enforce);
+        self.y.copy_from_slice(pair.new_load());
+        Ok(())
+    }
+
+    /// The structure under the load of `x` and the fluid against the velocity of `x`, at once: `y` is what
+    /// both give.
+    fn parallel_image(
+        &mut self,
+        pair: &mut Pair,
+        window: &TimeWindow,
+        enforce: bool,
+    ) -> Result<(), SchemeError> {
+        let [load, velocity] = [0, 1].map(|block| self.blocks[block].clone());
+        pair.load.copy_from_slice(&self.x[load.clone()]);
+        pair.start_structure(window)?;
+        pair.new_velocity.copy_from_slice(&self.x[velocity.clone()]);
+        pair.start_fluid(window)?;
+        pair.finish_structure(window)?;
+        pair.finish_fluid(window)?;
+        pair.take_load(enforce);
+        self.y[load].copy_from_slice(pair.new_load());
+        self.y[velocity].copy_from_slice(&pair.new_velocity);
+        Ok(())
     }
 
     /// `r = y − x`.

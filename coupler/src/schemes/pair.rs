@@ -1,6 +1,6 @@
 //! A fluid and a structure with what passes between them: the steps of which the coupling schemes are made.
 
-use super::SchemeError;
+use super::{Accepted, SchemeError};
 use crate::condition46::{self, Condition46, Interface, Reaction, Resultant};
 use crate::convergence::Residual;
 use crate::flat;
@@ -13,6 +13,7 @@ use interfaces::case::coupling::{
 };
 use interfaces::port::names;
 use interfaces::{Fields, Role, TimeWindow};
+use words::bytes::{Reader, Writer};
 
 /// A fluid and a structure whose fields were paired and initialised.
 pub struct Pair {
@@ -22,26 +23,29 @@ pub struct Pair {
     pub structure: Side,
     /// The pressure gradient under which the structure solves (Pa/m).
     pub load: Vec<f64>,
-    /// The velocity that the structure's last solution gives the fluid to meet (m/s).
+    /// The structure's velocity that the fluid is to meet (m/s): that of the structure's last solution, by
+    /// [`structure_velocity`](Self::structure_velocity), unless a scheme guesses it.
     pub new_velocity: Vec<f64>,
     /// What each iteration of the window at hand left; empty with an explicit scheme.
     pub residuals: Vec<Residual>,
-    /// What the structure's sub-steps see of the load, where the structure asks for its value at a window's
-    /// start.
+    /// What a structure that takes the load at a window's start gets there: the window's own load once more,
+    /// or the last window's.
     pub load_in_window: LoadInWindow,
     /// Who hears what the coupler is at.
     pub announce: Announce,
     /// Why the run ends before its end time, once it does.
     pub ending: Option<String>,
-    /// The load that the fluid gave last after condition (46) (Pa/m), where that was enforced on it.
+    /// The load that the fluid gave last, with condition (46) enforced on it (Pa/m); of use only where
+    /// [`enforced`](Self::enforced).
     enforced_load: Vec<f64>,
-    /// Whether it was.
+    /// Whether condition (46) was enforced on the load that the fluid gave last.
     enforced: bool,
-    /// Which velocity over the window that is.
+    /// Which velocity of the structure over a window the fluid meets: the mean, or that at the end.
     structure_velocity: StructureVelocity,
-    /// The load at the last accepted time (Pa/m).
+    /// The load under which the structure solved the last accepted window (Pa/m): that at the next one's
+    /// start, where the load is linear in a window.
     accepted_load: Vec<f64>,
-    /// The steady state to end at.
+    /// The watch for the steady state that ends the run, where the case has one.
     steady_state: Option<SteadyState>,
     /// The structure's position at the last accepted time (m), if it gives any.
     accepted_position: Option<Vec<f64>>,
@@ -117,10 +121,7 @@ impl Pair {
 
     /// The fluid over the window against the motion of the structure's last solution.
     pub fn solve_fluid(&mut self, window: &TimeWindow) -> Result<(), SchemeError> {
-        let mut velocity = std::mem::take(&mut self.new_velocity);
-        let started = self.start_fluid(window, &mut velocity);
-        self.new_velocity = velocity;
-        started?;
+        self.start_fluid(window)?;
         self.finish_fluid(window)
     }
 
@@ -150,13 +151,13 @@ impl Pair {
         Ok(())
     }
 
-    /// Starts the fluid against the structure's accepted position, that `velocity` (m/s), and the load of
-    /// which the motion came.
-    pub fn start_fluid(&mut self, window: &TimeWindow, velocity: &mut Vec<f64>) -> Result<(), SchemeError> {
+    /// Starts the fluid against the structure's accepted position and [`new_velocity`](Self::new_velocity),
+    /// and tells it the load of which the motion came.
+    pub fn start_fluid(&mut self, window: &TimeWindow) -> Result<(), SchemeError> {
         const WRITTEN: [&str; 3] = [names::POSITION, names::VELOCITY, names::HELD_PRESSURE_GRADIENT];
-        let Self { fluid, structure, accepted_position, load, .. } = self;
+        let Self { fluid, structure, accepted_position, load, new_velocity, .. } = self;
         fluid.receive(&structure.outputs, &WRITTEN);
-        let motion = (names::VELOCITY, velocity);
+        let motion = (names::VELOCITY, new_velocity);
         let held = (names::HELD_PRESSURE_GRADIENT, load);
         Ok(match accepted_position {
             Some(start) => fluid.start_with(window, [(names::POSITION, start), motion, held]),
@@ -205,14 +206,15 @@ impl Pair {
         })
     }
 
-    /// Makes the last solution of both final, and moves the schedule on. Gives the number of the output due
-    /// at its end, if one is. The schedule ends there where a participant asks for it or the state is steady;
-    /// [`ending`](Self::ending) then says why.
+    /// Makes the last solution of both final, of which condition (46) and the load's resultant are `found`,
+    /// and moves the schedule on. The schedule ends there where a participant asks for it or the state is
+    /// steady; [`ending`](Self::ending) then says why.
     pub fn accept(
         &mut self,
         window: &TimeWindow,
+        (condition46, applied): (Condition46, Resultant),
         schedule: &mut Schedule,
-    ) -> Result<Option<u64>, SchemeError> {
+    ) -> Result<Accepted, SchemeError> {
         self.ending = self.reason_to_end(window);
         let output =
             if self.ending.is_some() { schedule.accept_last(window) } else { schedule.accept(window) };
@@ -225,7 +227,49 @@ impl Pair {
         if self.load_in_window == LoadInWindow::Linear {
             self.accepted_load.copy_from_slice(&self.load);
         }
-        Ok(output)
+        Ok(Accepted {
+            window: *window,
+            time: schedule.time(),
+            output,
+            condition46: Some(condition46),
+            applied: Some(applied),
+        })
+    }
+
+    /// Writes what the next windows depend on. Positions are those that the structure gives when it is
+    /// restored; [`residuals`](Self::residuals) and [`ending`](Self::ending) are of the last window alone.
+    pub fn save(&mut self, state: &mut Writer) -> Result<(), SchemeError> {
+        self.fluid.save(state)?;
+        self.structure.save(state)?;
+        for field in [&self.load, &self.accepted_load, &self.new_velocity] {
+            state.f64s(field);
+        }
+        state.option(self.enforced.then_some(&self.enforced_load), |state, load| state.f64s(load));
+        state.option(self.steady_state.as_ref(), |state, steady_state| steady_state.save(state));
+        Ok(())
+    }
+
+    /// Goes to what [`save`](Self::save) wrote.
+    pub fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), SchemeError> {
+        self.fluid.restore(state)?;
+        self.structure.restore(state)?;
+        self.accepted_position = self.structure.outputs.get(names::POSITION).map(<[f64]>::to_vec);
+        let expected = Some(self.zeros.len());
+        self.load = state.f64s("load", expected)?;
+        self.accepted_load = state.f64s("accepted load", expected)?;
+        self.new_velocity = state.f64s("velocity", expected)?;
+        let enforced = state.option("enforced load", |state| state.f64s("enforced load", expected))?;
+        self.enforced = enforced.is_some();
+        self.enforced_load = enforced.unwrap_or_else(|| self.load.clone());
+        if state.bool("steady state")? != self.steady_state.is_some() {
+            return Err(state.refuse("steady state", "what this case does not ask for, or lacks").into());
+        }
+        if let Some(steady_state) = &mut self.steady_state {
+            steady_state.restore(state)?;
+        }
+        self.residuals.clear();
+        self.ending = None;
+        Ok(())
     }
 
     fn reason_to_end(&mut self, window: &TimeWindow) -> Option<String> {

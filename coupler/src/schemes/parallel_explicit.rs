@@ -6,8 +6,9 @@
 //! both accept. The fastest and least stable of the schemes: with added mass of a third of the structure's
 //! and more it needs the compliance or an implicit scheme.
 
-use super::{Accepted, Onward, Pair, SchemeError};
+use super::{Accepted, Pair, SchemeError};
 use crate::schedule::Schedule;
+use interfaces::TimeWindow;
 
 /// What the case sets of the scheme.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,30 +20,21 @@ pub struct ParallelExplicit {
 }
 
 impl ParallelExplicit {
-    /// Runs the pair over the schedule. `record` hears of every accepted window.
-    pub fn run(
+    /// Solves the window with the pair and accepts it.
+    pub fn solve(
         &self,
         pair: &mut Pair,
+        window: TimeWindow,
         schedule: &mut Schedule,
-        mut record: impl FnMut(&Accepted, &Pair) -> Result<Onward, SchemeError>,
-    ) -> Result<(), SchemeError> {
-        let mut velocity = pair.new_velocity.clone();
-        while let Some(window) = schedule.next(pair.window_limit()) {
-            pair.start_structure(&window)?;
-            pair.start_fluid(&window, &mut velocity)?;
-            pair.finish_structure(&window)?;
-            pair.finish_fluid(&window)?;
-            pair.take_load(self.enforce);
-            let (condition46, applied) = pair.condition46();
-
-            let output = pair.accept(&window, schedule)?;
-            pair.relax_load(self.relaxation);
-            velocity.copy_from_slice(&pair.new_velocity);
-            let accepted = Accepted::alone(window, schedule.time(), output).with(condition46, applied);
-            if record(&accepted, pair)? == Onward::Stop {
-                break;
-            }
-        }
-        Ok(())
+    ) -> Result<Accepted, SchemeError> {
+        pair.start_structure(&window)?;
+        pair.start_fluid(&window)?;
+        pair.finish_structure(&window)?;
+        pair.finish_fluid(&window)?;
+        pair.take_load(self.enforce);
+        let found = pair.condition46();
+        let accepted = pair.accept(&window, found, schedule)?;
+        pair.relax_load(self.relaxation);
+        Ok(accepted)
     }
 }

@@ -20,8 +20,7 @@
 //! `r = 0.3 … 0.5` is stable at an added-mass ratio of 9, `r = 1` is not; with the mean velocity every `r`
 //! is; without the compliance (a moving wall) none, see `docs/decisions`.
 
-use super::{Accepted, Onward, Pair, SchemeError};
-use crate::condition46::{Condition46, Resultant};
+use super::{Accepted, Pair, SchemeError};
 use crate::schedule::Schedule;
 use interfaces::TimeWindow;
 
@@ -37,42 +36,36 @@ pub struct SerialExplicit {
 }
 
 impl SerialExplicit {
-    /// Runs the pair over the schedule. `record` hears of every accepted window.
-    pub fn run(
+    /// Solves the window with the pair and accepts it.
+    pub fn solve(
         &self,
         pair: &mut Pair,
+        window: TimeWindow,
         schedule: &mut Schedule,
-        mut record: impl FnMut(&Accepted, &Pair) -> Result<Onward, SchemeError>,
-    ) -> Result<(), SchemeError> {
-        while let Some(window) = schedule.next(pair.window_limit()) {
-            let (solution, condition46, applied) =
-                if self.predict { self.predicted(pair, &window)? } else { self.staggered(pair, &window)? };
-            let output = pair.accept(&solution, schedule)?;
-            if !self.predict {
-                pair.relax_load(self.relaxation);
-            }
-            let accepted = Accepted::alone(solution, schedule.time(), output).with(condition46, applied);
-            if record(&accepted, pair)? == Onward::Stop {
-                break;
-            }
+    ) -> Result<Accepted, SchemeError> {
+        if self.predict {
+            return self.predicted(pair, &window, schedule);
         }
-        Ok(())
+        let accepted = self.staggered(pair, &window, schedule)?;
+        pair.relax_load(self.relaxation);
+        Ok(accepted)
     }
 
-    /// Steps 1 to 4.
+    /// Steps 1 to 5.
     fn predicted(
         &self,
         pair: &mut Pair,
         prediction: &TimeWindow,
-    ) -> Result<(TimeWindow, Condition46, Resultant), SchemeError> {
+        schedule: &mut Schedule,
+    ) -> Result<Accepted, SchemeError> {
         let solution = TimeWindow { iteration: 1, ..*prediction };
         pair.solve_structure(prediction)?;
         pair.solve_fluid(prediction)?;
         pair.take_load(self.enforce);
         pair.relax_load(self.relaxation);
-        let (condition46, applied) = pair.condition46();
+        let found = pair.condition46();
         pair.solve_structure(&solution)?;
-        Ok((solution, condition46, applied))
+        pair.accept(&solution, found, schedule)
     }
 
     /// The structure under the held load, the fluid against its motion.
@@ -80,11 +73,12 @@ impl SerialExplicit {
         &self,
         pair: &mut Pair,
         window: &TimeWindow,
-    ) -> Result<(TimeWindow, Condition46, Resultant), SchemeError> {
+        schedule: &mut Schedule,
+    ) -> Result<Accepted, SchemeError> {
         pair.solve_structure(window)?;
         pair.solve_fluid(window)?;
         pair.take_load(self.enforce);
-        let (condition46, applied) = pair.condition46();
-        Ok((*window, condition46, applied))
+        let found = pair.condition46();
+        pair.accept(window, found, schedule)
     }
 }

@@ -146,6 +146,10 @@ impl<const D: usize> Fluid<D> for Isph<D> {
         &self.output
     }
 
+    fn output_mut(&mut self) -> &mut InterfaceOutput<D> {
+        &mut self.output
+    }
+
     fn wall_forces(&self) -> &[Vector<D>] {
         &self.scratch.wall_forces.forces
     }

@@ -1,7 +1,6 @@
 //! Where the two sides of a connection meet.
 
 use crate::Role;
-use iceoryx2::prelude::{Config, FileName, Path, SemanticString};
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -74,8 +73,8 @@ impl Address {
         format!("{}-{}_", self.domain, rustix::process::geteuid().as_raw())
     }
 
-    /// The library's settings, whole, so that no file in a working or home directory changes them.
-    pub(super) fn config(&self) -> Result<Config, String> {
+    /// Refuses a domain whose name would be more than the name of a folder.
+    pub(super) fn check_domain(&self) -> Result<(), String> {
         // `_` ends a prefix: no domain's is the beginning of another's.
         let sound = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
         if self.domain.is_empty() || self.domain.len() > 32 || !self.domain.chars().all(sound) {
@@ -84,12 +83,7 @@ impl Address {
                 self.domain
             ));
         }
-        let mut config = Config::default();
-        config.global.prefix = FileName::new(self.prefix().as_bytes())
-            .map_err(|e| format!("prefix {}: {e:?}", self.prefix()))?;
-        let root = Path::new(self.root().as_bytes()).map_err(|e| format!("folder {}: {e:?}", self.root()))?;
-        config.global.set_root_path(&root);
-        Ok(config)
+        Ok(())
     }
 }
 
@@ -122,7 +116,7 @@ mod tests {
     #[test]
     fn a_domain_that_would_escape_its_folder_is_refused() {
         for domain in ["", "../tmp", "a/b", "Gate", "a_0", "an_unreasonably_long_name_of_a_domain"] {
-            assert!(Address::new("run", Role::Fluid).in_domain(domain).config().is_err(), "{domain}");
+            assert!(Address::new("run", Role::Fluid).in_domain(domain).check_domain().is_err(), "{domain}");
         }
     }
 }

@@ -1,24 +1,23 @@
-//! Shared memory between the coupler and one participant, by iceoryx2: no other module knows it.
+//! The way between the coupler and one participant.
 //!
 //! A [`Connection`] carries the messages of [`crate::protocol`] both ways, without loss and in order, wakes
-//! the other side by events, and never waits without a deadline and a look at whether the other side lives.
-//! The coupler creates the services of a connection before it starts the participant; the participant opens
-//! them. Names and settings of the services are in `docs/protocol.md`.
+//! the other side, and never waits without a deadline and a look at whether the other side lives. What a
+//! transport has to do for it is a [`Link`]; [`SharedMemory`] is the one between processes, [`WithinProcess`]
+//! the same within one, for tests. Both are iceoryx2's, which no module but `iceoryx2` knows.
 //!
-//! Everything a run leaves in shared memory belongs to a *node*, one a connection and side. Whoever finds a
-//! dead node removes what it left: the survivors of a run when they notice, and any later run of the same
-//! user when it starts. The last of a domain to go, or the first to come, removes what no node accounts for:
-//! `presence`.
+//! The coupler creates a link before it starts the participant; the participant opens it.
 
 mod address;
 mod connection;
+mod iceoryx2;
+mod link;
 mod peer;
-mod presence;
 
+pub use self::iceoryx2::{SharedMemory, WithinProcess, remove_stale};
 pub use address::{Address, new_run};
 pub use connection::{Connection, Message};
-pub use iceoryx2::service::{Service, ipc, local};
-pub use peer::{Alive, remove_stale};
+pub use link::{During, Link, Received};
+pub use peer::Alive;
 
 use std::time::Duration;
 

@@ -1,10 +1,10 @@
-//! The protocol within one process, over iceoryx2's process-local service: a participant served by a thread,
+//! The protocol within one process, over the link within a process: a participant served by a thread,
 //! and one that speaks the protocol by hand and wrongly.
 
 use crate::support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
-use interfaces::protocol::{Hello, Kind, MessageHeader, Payload, Selection, VERSION};
+use interfaces::protocol::{Hello, Kind, MessageHeader, Payload, Selection, VERSION, Welcome};
 use interfaces::remote::Listening;
-use interfaces::transport::{Connection, Message, ipc, local};
+use interfaces::transport::{Connection, Message, SharedMemory, WithinProcess};
 use interfaces::{
     Address, Deadlines, Direction, Guarded, Participant, ParticipantError, RemoteParticipant, Role,
     ServeError, new_run, serve_over,
@@ -13,24 +13,24 @@ use std::sync::Arc;
 use std::thread::{JoinHandle, spawn};
 use std::time::Duration;
 
-type Remote = RemoteParticipant<local::Service>;
+type Remote = RemoteParticipant<WithinProcess>;
 
 fn address(domain: &Domain) -> Address {
     Address::new(new_run(), Role::Structure).in_domain(&domain.0)
 }
 
-fn listen(address: &Address) -> Listening<local::Service> {
+fn listen(address: &Address) -> Listening<WithinProcess> {
     Listening::over(address, expectations(), long(), &Arc::default()).unwrap()
 }
 
-fn accept_hello(listening: Listening<local::Service>) -> Result<Remote, ParticipantError> {
+fn accept_hello(listening: Listening<WithinProcess>) -> Result<Remote, ParticipantError> {
     listening.wait_for_hello(Box::new(|| None))
 }
 
 fn serving(address: &Address, mut echo: Echo) -> JoinHandle<Result<(), ServeError>> {
     let address = address.clone();
     spawn(move || {
-        serve_over::<local::Service>(&mut echo, &address, HASH, long(), &Arc::default(), Box::new(|| None))
+        serve_over::<WithinProcess>(&mut echo, &address, HASH, long(), &Arc::default(), Box::new(|| None))
     })
 }
 
@@ -113,7 +113,7 @@ fn a_coupler_that_is_silent_too_long_is_given_up() {
         let deadlines = Deadlines { hello: Duration::from_secs(2), answer: Duration::from_millis(50) };
         move || {
             let mut echo = Echo::new(5, "none");
-            serve_over::<local::Service>(
+            serve_over::<WithinProcess>(
                 &mut echo,
                 &address,
                 HASH,
@@ -135,9 +135,9 @@ fn wake_ups_that_nobody_waited_for_do_no_harm() {
     let domain = Domain::new();
     let address = address(&domain);
     let during = || "while sending to itself".to_owned();
-    let mut coupler = Connection::<ipc::Service>::create(&address, Arc::default()).unwrap();
+    let mut coupler = Connection::<SharedMemory>::create(&address, Arc::default()).unwrap();
     let mut participant =
-        Connection::<ipc::Service>::open(&address, long().hello, Arc::default(), Box::new(|| None)).unwrap();
+        Connection::<SharedMemory>::open(&address, long().hello, Arc::default(), Box::new(|| None)).unwrap();
     // Whoever answers before it is waited for leaves its wake-up behind; more of them than a socket holds.
     for sequence in 0..20_000 {
         coupler.send(MessageHeader::new(Kind::Save, sequence), &Payload::default(), true, during).unwrap();
@@ -156,15 +156,14 @@ fn by_hand(address: &Address, version: u32, reply: Reply) -> JoinHandle<()> {
         let during = || "by hand".to_owned();
         let deadline = long().answer;
         let mut connection =
-            Connection::<local::Service>::open(&address, deadline, Arc::default(), Box::new(|| None))
-                .unwrap();
+            Connection::<WithinProcess>::open(&address, deadline, Arc::default(), Box::new(|| None)).unwrap();
         let description = Echo::new(3, "none").describe().clone();
         let outputs = description.fields(Direction::Out, 3);
         let hello = serde_json::to_string(&Hello { case_hash: HASH.to_owned(), description }).unwrap();
         let header = MessageHeader { version, ..MessageHeader::new(Kind::Hello, 0) };
         connection.send(header, &Payload::text(hello.as_bytes()), true, during).unwrap();
-        let next = |connection: &mut Connection<local::Service>| -> Option<MessageHeader> {
-            let message: Message<local::Service> = connection.receive(deadline, during).ok()?;
+        let next = |connection: &mut Connection<WithinProcess>| -> Option<MessageHeader> {
+            let message: Message<WithinProcess> = connection.receive(deadline, during).ok()?;
             (message.kind() != Kind::Goodbye).then(|| *message.header())
         };
         let welcome = next(&mut connection).unwrap();
@@ -210,10 +209,26 @@ fn told(version: u32, reply: Reply) -> String {
 
 #[test]
 fn another_version_is_refused_with_both_numbers() {
-    assert_eq!(
-        told(99, |start| (*start, 0)),
-        "the handshake found 1 mismatch(es):\n  protocol version: the coupler has 1, the participant has 99"
-    );
+    for version in [1, 99] {
+        assert_eq!(
+            told(version, |start| (*start, 0)),
+            format!(
+                "the handshake found 1 mismatch(es):\n  protocol version: the coupler has 2, the participant has {version}"
+            )
+        );
+    }
+    // And the other way round: a participant of ours, a coupler of another version.
+    let domain = Domain::new();
+    let address = address(&domain);
+    let during = || "by hand".to_owned();
+    let mut coupler = Connection::<WithinProcess>::create(&address, Arc::default()).unwrap();
+    let served = serving(&address, Echo::new(3, "none"));
+    drop(coupler.receive(long().hello, during).unwrap());
+    let welcome = serde_json::to_string(&Welcome { case_hash: HASH.to_owned(), dimension: 2 }).unwrap();
+    let header = MessageHeader { version: 1, ..MessageHeader::new(Kind::Welcome, 0) };
+    coupler.send(header, &Payload::text(welcome.as_bytes()), true, during).unwrap();
+    let refused = vec!["protocol version: the coupler has 1, the participant has 2".to_owned()];
+    assert_eq!(served.join().unwrap(), Err(ServeError::Refused(refused)));
 }
 
 #[test]
@@ -234,7 +249,7 @@ fn answers_that_do_not_fit_the_request_are_refused_with_both_sides_named() {
         ),
         (
             |s| (MessageHeader { version: 7, ..MessageHeader::new(Kind::Solved, s.sequence) }, 13),
-            "`Solved` 2 of window 0, iteration 0 has protocol version 7 where 1 belongs",
+            "`Solved` 2 of window 0, iteration 0 has protocol version 7 where 2 belongs",
         ),
         (
             |s| (MessageHeader { kind: 77, ..MessageHeader::new(Kind::Solved, s.sequence) }, 13),

@@ -7,8 +7,8 @@
 use crate::support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 use interfaces::transport::Alive;
 use interfaces::{
-    Address, Deadlines, Direction, Guarded, Participant, ParticipantError, RemoteParticipant, Role, new_run,
-    remove_stale, serve,
+    Address, Deadlines, Direction, Guarded, Participant, ParticipantError, Readiness, RemoteParticipant,
+    Role, new_run, remove_stale, serve,
 };
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead, BufReader, Read};
@@ -382,21 +382,28 @@ fn a_state_is_saved_and_restored() {
     let domain = Domain::new();
     let (mut structure, process, _) = connect(&domain, 10, "none", long());
     exchange(&mut structure, 10, 3).unwrap();
-    let state = structure.save().unwrap();
     let mut inputs = structure.describe().fields(Direction::In, 10);
     let mut outputs = structure.describe().fields(Direction::Out, 10);
+    let (mut state, mut given) = (Vec::new(), outputs.clone());
     for index in 3..6 {
         load(&mut inputs, index);
         structure.start(&window(index), &inputs).unwrap();
         structure.finish(&mut outputs).unwrap();
         structure.accept(None).unwrap();
+        if index == 3 {
+            (state, given) = (structure.save().unwrap(), outputs.clone());
+        }
     }
     let ahead = structure.save().unwrap();
-    structure.restore(&state).unwrap();
+    let ready = structure.restore(&state, &mut outputs).unwrap();
+    assert_eq!(ready, Readiness { window_limit: f64::INFINITY, scalars: vec![3.0] });
+    for name in ["position", "velocity"] {
+        assert_eq!(outputs.get(name), given.get(name), "as they were when the state was saved");
+    }
     assert_eq!(structure.save().unwrap(), state);
-    structure.start(&window(3), &inputs).unwrap();
+    structure.start(&window(4), &inputs).unwrap();
     structure.finish(&mut outputs).unwrap();
-    structure.restore(&ahead).unwrap();
+    structure.restore(&ahead, &mut outputs).unwrap();
     structure.start(&window(6), &inputs).unwrap();
     structure.finish(&mut outputs).unwrap();
     structure.terminate().unwrap();

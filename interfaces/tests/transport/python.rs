@@ -65,7 +65,7 @@ fn springs_in_python_swing_as_they_should() {
             saved = structure.save().unwrap();
         }
     }
-    structure.restore(&saved).unwrap();
+    structure.restore(&saved, &mut motion).unwrap();
     assert_eq!(structure.save().unwrap(), saved);
     structure.terminate().unwrap();
     drop(structure);

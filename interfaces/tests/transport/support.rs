@@ -8,6 +8,9 @@ use interfaces::{
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
+use words::bytes::{Reader, Writer};
+
+const MAGIC: &[u8; 8] = b"mnscech1";
 
 pub const HASH: &str = "5d41402abc4b2a76";
 
@@ -117,13 +120,20 @@ impl Participant for Echo {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        Ok(format!("accepted {}", self.accepted).into_bytes())
+        let mut state = Writer::new(MAGIC);
+        state.u64(self.accepted);
+        state.u64(self.window);
+        state.f64s(&self.load);
+        Ok(state.finish())
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        let words = String::from_utf8_lossy(state);
-        self.accepted = words.strip_prefix("accepted ").and_then(|n| n.parse().ok()).unwrap();
-        Ok(())
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let mut state = Reader::new("echo's state", MAGIC, state).unwrap();
+        self.accepted = state.u64("accepted windows").unwrap();
+        self.window = state.u64("window").unwrap();
+        self.load = state.f64s("load", Some(self.load.len())).unwrap();
+        self.give(outputs);
+        Ok(Readiness { window_limit: f64::INFINITY, scalars: vec![self.window as f64] })
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

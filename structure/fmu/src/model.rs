@@ -349,7 +349,7 @@ impl Model {
         if !whole {
             return Err(ModelError::Saved);
         }
-        self.structure.restore(&saved.structure)?;
+        self.structure.restore(&saved.structure, &mut self.outputs)?;
         for (fields, arrays) in [(&mut self.inputs, &saved.inputs), (&mut self.outputs, &saved.outputs)] {
             for ((_, array), values) in fields.iter_mut().zip(arrays) {
                 array.copy_from_slice(values);

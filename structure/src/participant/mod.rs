@@ -27,6 +27,7 @@ use snapshot::Snapshots;
 use sph::Vector;
 use std::path::Path;
 use std::time::Instant;
+use words::bytes;
 
 /// Most sub-steps in a window of a structure without a partner, which nobody else limits: its stable step is
 /// found between windows.
@@ -103,6 +104,9 @@ fn build<S: Solid<D>, const D: usize>(case: &Case) -> Result<(S, State<D>), Part
     Ok((solid, state))
 }
 
+/// First bytes of a saved state; the last is the version of its layout.
+const MAGIC: &[u8; 8] = b"mnscstr1";
+
 struct StructureParticipant<S: Solid<D>, const D: usize> {
     description: Description,
     solid: S,
@@ -116,6 +120,9 @@ struct StructureParticipant<S: Solid<D>, const D: usize> {
     most_sub_steps: Option<u32>,
     readings: Vec<Reading<D>>,
     report: Option<WindowReport>,
+    /// Limit and scalars at the end of the last solution: between windows, of the accepted state. Some depend
+    /// on the load, which the state does not have.
+    ready: Readiness,
     derived: Derived<D>,
     snapshots: Option<Snapshots<D>>,
 }
@@ -139,6 +146,7 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
             start_load: linear_load(case).then(|| vec![Vector::zeros(); points]),
             readings: readings(case, particles)?,
             report: None,
+            ready: Readiness { window_limit: f64::INFINITY, scalars: Vec::new() },
             derived: Derived::default(),
             snapshots: out.map(|out| Snapshots::create(out, particles)).transpose()?,
             solid,
@@ -215,10 +223,11 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         }
         self.give_motion(&self.accepted, outputs);
         self.write_snapshot()?;
-        Ok(Readiness {
+        self.ready = Readiness {
             window_limit: self.window_limit(&self.accepted),
             scalars: self.scalars(&self.accepted),
-        })
+        };
+        Ok(self.ready.clone())
     }
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
@@ -237,10 +246,12 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
             None => Load::Held(&self.load),
         };
         self.solid.advance(&self.accepted, &mut self.trial, window.size, sub_steps, &load).map_err(failed)?;
+        self.ready =
+            Readiness { window_limit: self.window_limit(&self.trial), scalars: self.scalars(&self.trial) };
         self.report = Some(WindowReport {
             sub_steps: sub_steps as u32,
-            window_limit: self.window_limit(&self.trial),
-            scalars: self.scalars(&self.trial),
+            window_limit: self.ready.window_limit,
+            scalars: self.ready.scalars.clone(),
             compute_seconds: started.elapsed().as_secs_f64(),
         });
         Ok(())
@@ -260,12 +271,26 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        Ok(self.accepted.to_bytes())
+        let mut state = bytes::Writer::new(MAGIC);
+        state.f64(self.ready.window_limit);
+        state.f64s(&self.ready.scalars);
+        state.bytes(&self.accepted.to_bytes());
+        Ok(state.finish())
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        self.accepted = State::from_bytes(state, self.solid.particles().len()).map_err(failed)?;
-        Ok(())
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let read = || {
+            let mut state = bytes::Reader::new("structure's state", MAGIC, state)?;
+            let window_limit = state.f64("window limit")?;
+            let scalars = state.f64s("scalars", Some(self.description.scalars.len()))?;
+            let own = state.bytes("particles")?;
+            state.finish().map(|()| (Readiness { window_limit, scalars }, own))
+        };
+        let (ready, own) = read().map_err(|error: bytes::Error| failed(error))?;
+        self.accepted = State::from_bytes(own, self.solid.particles().len()).map_err(failed)?;
+        self.ready.clone_from(&ready);
+        self.give_motion(&self.accepted, outputs);
+        Ok(ready)
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

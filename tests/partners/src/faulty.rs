@@ -256,9 +256,9 @@ impl<P: Participant> Participant for Faulty<P> {
         self.inner.save()
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
         self.strike(Call::Restore)?;
-        self.inner.restore(state)
+        self.inner.restore(state, outputs)
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

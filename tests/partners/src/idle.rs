@@ -108,8 +108,8 @@ impl Participant for Idle {
         Ok(vec![])
     }
 
-    fn restore(&mut self, _: &[u8]) -> Result<(), ParticipantError> {
-        Ok(())
+    fn restore(&mut self, _: &[u8], _: &mut Fields) -> Result<Readiness, ParticipantError> {
+        Ok(Readiness { window_limit: f64::INFINITY, scalars: vec![] })
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

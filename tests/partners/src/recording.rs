@@ -17,7 +17,7 @@ pub struct Recorded {
     pub window: Option<TimeWindow>,
     /// What went in, for `initialize` and `start`.
     pub inputs: Option<Fields>,
-    /// What came out, for `initialize` and `finish`, where they succeeded.
+    /// What came out, for `initialize`, `finish` and `restore`, where they succeeded.
     pub outputs: Option<Fields>,
     /// The snapshot's number, for `accept`.
     pub snapshot: Option<u64>,
@@ -134,9 +134,12 @@ impl<P: Participant> Participant for Recording<P> {
         self.keep(Call::Save, result, |record| record.bytes = bytes)
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
-        let result = self.inner.restore(state);
-        self.keep(Call::Restore, result, |record| record.bytes = Some(state.len()))
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let result = self.inner.restore(state, outputs);
+        let given = result.is_ok().then(|| outputs.clone());
+        self.keep(Call::Restore, result, |record| {
+            (record.bytes, record.outputs) = (Some(state.len()), given);
+        })
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

@@ -104,6 +104,21 @@ impl Scripted {
         Ok(())
     }
 
+    /// What stood there when the script was at its place: what was given last, field by field.
+    fn give_last(&self, outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+        let played = &self.script.solutions[..self.played];
+        for given in std::iter::once(&self.script.given).chain(played.iter().map(|s| &s.given)) {
+            give(given, outputs)?;
+        }
+        Ok(played.last().map_or_else(
+            || self.script.readiness.clone(),
+            |Solution { report, .. }| Readiness {
+                window_limit: report.window_limit,
+                scalars: report.scalars.clone(),
+            },
+        ))
+    }
+
     fn same(&self, expected: f64, found: f64) -> bool {
         (expected - found).abs() <= self.script.tolerance * expected.abs().max(1.0)
     }
@@ -200,7 +215,7 @@ impl Participant for Scripted {
         Ok(state.finish())
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
         let read = |state| {
             let mut state = Reader::new("script's state", MAGIC, state)?;
             let played = state.usize("place")?;
@@ -210,7 +225,7 @@ impl Participant for Scripted {
         match played {
             Ok(played) if played <= self.script.solutions.len() => {
                 (self.played, self.open) = (played, Open::Nothing);
-                Ok(())
+                self.give_last(outputs)
             }
             _ => self.fail("it restored a state that is no place in the script"),
         }

@@ -69,6 +69,10 @@ impl<M: Model> StandIn<M> {
         &self.model
     }
 
+    fn readiness(&self) -> Readiness {
+        Readiness { window_limit: self.window_limit, scalars: self.model.scalars(&self.accepted) }
+    }
+
     fn check_lengths(&self, fields: &Fields, direction: Direction) -> Result<(), ParticipantError> {
         for port in self.description.ports.iter().filter(|p| p.direction == direction) {
             let port = Port { points: port.points.or(Some(self.points)), ..port.clone() };
@@ -103,7 +107,7 @@ impl<M: Model> Participant for StandIn<M> {
         self.accepted = self.model.initial(start, inputs)?;
         self.model.constants(outputs);
         self.model.outputs(&self.accepted, outputs);
-        Ok(Readiness { window_limit: self.window_limit, scalars: self.model.scalars(&self.accepted) })
+        Ok(self.readiness())
     }
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
@@ -137,13 +141,14 @@ impl<M: Model> Participant for StandIn<M> {
         Ok(state.finish())
     }
 
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
         let refused = |error: bytes::Error| ParticipantError::Failed(error.to_string());
         let mut state = Reader::new("mock's state", MAGIC, state).map_err(refused)?;
         self.accepted = state.f64s("numbers", Some(self.accepted.len())).map_err(refused)?;
         state.finish().map_err(refused)?;
         self.trial = None;
-        Ok(())
+        self.model.outputs(&self.accepted, outputs);
+        Ok(self.readiness())
     }
 
     fn terminate(&mut self) -> Result<(), ParticipantError> {

@@ -6,44 +6,38 @@
 
 use super::{Connection, SLICE};
 use crate::ParticipantError;
-use crate::protocol::{Kind, MessageHeader};
-use iceoryx2::service::Service;
+use crate::protocol::{Kind, MessageHeader, Payload};
+use crate::transport::link::{Link, Received};
 use std::time::{Duration, Instant};
 
-impl<S: Service> Connection<S> {
+impl<L: Link> Connection<L> {
     /// Copies `values` into shared memory and sends them; wakes the other side if `wake`.
     pub fn send_raw(&mut self, kind: Kind, values: &[f64], wake: bool) -> Result<(), ParticipantError> {
-        let failed = |what: String| ParticipantError::Transport { during: "while sending".to_owned(), what };
-        let loaned = self.publisher.loan_slice_uninit(values.len());
-        let mut sample = loaned.map_err(|e| failed(format!("{e:?}")))?;
-        sample.user_header_mut().kind = kind as u32;
-        let sample = sample.write_from_slice(values);
-        sample.send().map_err(|e| failed(format!("{e:?}")))?;
-        if wake {
-            self.notifier.notify().map_err(|e| failed(format!("{e:?}")))?;
-        }
-        Ok(())
+        let during = || "while sending".to_owned();
+        let header = MessageHeader { kind: kind as u32, ..MessageHeader::default() };
+        self.link.send(&header, &Payload { scalars: values, ..Payload::default() }, &during)?;
+        if wake { self.link.wake(&during) } else { Ok(()) }
     }
 
     /// Waits for the next message and copies it into `values`, which are of its length; gives its kind.
     pub fn receive_raw(&mut self, deadline: Duration, values: &mut [f64]) -> Result<Kind, ParticipantError> {
         let during = || "while waiting".to_owned();
-        let failed = |what: String| ParticipantError::Transport { during: during(), what };
         // The clock is looked at only where nothing has come: a wait that is woken costs what the transport
         // costs.
         let mut since = None;
         loop {
-            if let Some(sample) = self.subscriber.receive().map_err(|e| failed(format!("{e:?}")))? {
-                let header: &MessageHeader = sample.user_header();
-                let kind = header.kind().ok_or_else(|| failed("a message of unknown kind".to_owned()))?;
-                let payload = sample.payload();
+            if let Some(received) = self.link.take(&during)? {
+                let kind = received.header().kind().ok_or_else(|| ParticipantError::Transport {
+                    during: during(),
+                    what: "a message of unknown kind".to_owned(),
+                })?;
+                let payload = received.payload();
                 if !payload.is_empty() {
                     values.copy_from_slice(payload);
                 }
                 return Ok(kind);
             }
-            let woken = self.listener.timed_wait(|_| {}, SLICE).unwrap_or(0);
-            if woken == 0 && since.get_or_insert_with(Instant::now).elapsed() > deadline {
+            if !self.link.wait(SLICE) && since.get_or_insert_with(Instant::now).elapsed() > deadline {
                 return Err(ParticipantError::TimedOut { during: during(), seconds: deadline.as_secs_f64() });
             }
         }

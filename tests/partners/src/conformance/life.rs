@@ -19,10 +19,16 @@ pub(super) struct Life<'a> {
 /// A solution, comparable to the bit: everything but the time it took.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Answer {
-    pub fields: Vec<u64>,
+    pub given: Given,
     pub sub_steps: u32,
-    pub window_limit: u64,
-    pub scalars: Vec<u64>,
+}
+
+/// What stands at a moment between windows, as bits.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Given {
+    fields: Vec<u64>,
+    window_limit: u64,
+    scalars: Vec<u64>,
 }
 
 /// What stands in the outputs before a solution, unless a check wants something else.
@@ -78,7 +84,7 @@ impl<'a> Life<'a> {
             Call::Finish => self.finish().map(drop),
             Call::Accept => self.accept(),
             Call::Save => self.participant.save().map(drop),
-            Call::Restore => self.participant.restore(saved),
+            Call::Restore => self.participant.restore(saved, &mut self.outputs).map(drop),
             Call::Terminate => self.participant.terminate(),
         }
     }
@@ -145,11 +151,20 @@ impl<'a> Life<'a> {
         self.participant.save().map_err(|error| format!("`save` failed: {error}"))
     }
 
-    /// Restores a state saved when window `index` was next.
-    pub fn restore(&mut self, state: &[u8], index: u64) -> Result<(), String> {
-        self.participant.restore(state).map_err(|error| format!("`restore` failed: {error}"))?;
+    /// Restores a state saved when window `index` was next, over outputs that held something else. Gives
+    /// what stands there then: fields of every window, limit and scalars, to the bit.
+    pub fn restore(&mut self, state: &[u8], index: u64) -> Result<Given, String> {
+        self.fill(UNTOUCHED);
+        let ready = self.participant.restore(state, &mut self.outputs);
+        let ready = ready.map_err(|error| format!("`restore` failed: {error}"))?;
         (self.index, self.iteration) = (index, 0);
-        Ok(())
+        let constants = self.outputs.iter().filter(|(port, _)| port.exchange == Exchange::Constant);
+        for (port, array) in constants {
+            if array.iter().any(|v| v.to_bits() != UNTOUCHED.to_bits()) {
+                return Err(format!("`restore` wrote the constant field `{}`", port.name));
+            }
+        }
+        Ok(Given::new(bits(&self.outputs), ready.window_limit, &ready.scalars))
     }
 
     /// Writes `value` over all outputs.
@@ -158,16 +173,29 @@ impl<'a> Life<'a> {
     }
 
     pub fn answer(&self, report: &WindowReport) -> Answer {
-        Answer {
-            fields: bits(&self.outputs),
-            sub_steps: report.sub_steps,
-            window_limit: report.window_limit.to_bits(),
-            scalars: report.scalars.iter().map(|v| v.to_bits()).collect(),
-        }
+        let given = Given::new(bits(&self.outputs), report.window_limit, &report.scalars);
+        Answer { given, sub_steps: report.sub_steps }
     }
 }
 
 impl Answer {
+    /// Whether both are the same to the bit; else where they first differ.
+    pub fn same_as(&self, other: &Self, what: &str) -> Result<(), String> {
+        self.given.same_as(&other.given, what)?;
+        if self.sub_steps != other.sub_steps {
+            return Err(format!("{what}: {} and {} sub-steps", self.sub_steps, other.sub_steps));
+        }
+        Ok(())
+    }
+}
+
+impl Given {
+    /// Of fields of every window, limit (s) and scalars.
+    pub fn new(fields: Vec<u64>, window_limit: f64, scalars: &[f64]) -> Self {
+        let scalars = scalars.iter().map(|v| v.to_bits()).collect();
+        Self { fields, window_limit: window_limit.to_bits(), scalars }
+    }
+
     /// Whether both are the same to the bit; else where they first differ.
     pub fn same_as(&self, other: &Self, what: &str) -> Result<(), String> {
         for (name, ours, theirs) in
@@ -181,8 +209,8 @@ impl Answer {
                 return Err(format!("{what}: {name} {at} is {a:e} and then {b:e}"));
             }
         }
-        if (self.sub_steps, self.window_limit) != (other.sub_steps, other.window_limit) {
-            return Err(format!("{what}: sub-steps or window limit differ"));
+        if self.window_limit != other.window_limit {
+            return Err(format!("{what}: window limits differ"));
         }
         Ok(())
     }

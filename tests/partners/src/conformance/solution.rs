@@ -1,7 +1,8 @@
 //! What a participant gives: whole, finite, the same again, and from where it was left.
 
-use super::life::{Life, UNTOUCHED};
+use super::life::{Given, Life, UNTOUCHED};
 use super::{Check, Suite};
+use crate::stand_in::bits;
 use interfaces::{Exchange, Fields, Participant};
 
 /// The description is the same for every participant of the case, and does not change.
@@ -94,8 +95,8 @@ pub(super) fn solving_again(suite: &Suite) -> Check {
     straight.advance(0)?.same_as(&after, "without and with solutions that were not accepted")
 }
 
-/// A saved state goes on to the bit: in the participant that saved it, from a solution that was not accepted,
-/// and in a new participant.
+/// A saved state gives what stood there when it was saved, and goes on to the bit: in the participant that
+/// saved it, from a solution that was not accepted, and in a new participant; that of the very start too.
 pub(super) fn saving(suite: &Suite) -> Check {
     if !suite.options.can_save {
         return match Life::initialized(suite)?.participant.save() {
@@ -103,13 +104,16 @@ pub(super) fn saving(suite: &Suite) -> Check {
             Err(_) => Ok(()),
         };
     }
-    let mut life = Life::initialized(suite)?;
-    life.advance(0)?;
-    life.advance(1)?;
+    let mut life = Life::new(suite, Vec::new());
+    let ready = life.initialize().map_err(|error| format!("`initialize` failed: {error}"))?;
+    let at_start = Given::new(bits(&life.outputs), ready.window_limit, &ready.scalars);
+    let start = life.save()?;
+    let first = life.advance(0)?;
+    let second = life.advance(1)?;
     let state = life.save()?;
     let (third, fourth) = (life.advance(0)?, life.advance(1)?);
 
-    life.restore(&state, 2)?;
+    second.given.same_as(&life.restore(&state, 2)?, "when it was saved and when it was restored")?;
     if life.save()? != state {
         return Err("a state that was restored and saved again differs".to_owned());
     }
@@ -117,16 +121,21 @@ pub(super) fn saving(suite: &Suite) -> Check {
     fourth.same_as(&life.advance(1)?, "before and after restoring, second window")?;
 
     life.solve(1)?;
-    life.restore(&state, 2)?;
+    let restored = life.restore(&state, 2)?;
+    second.given.same_as(&restored, "when it was saved and when it was restored over a solution")?;
     third.same_as(&life.advance(0)?, "restored over a solution that was not accepted")?;
 
     let mut fresh = Life::initialized(suite)?;
-    fresh.restore(&state, 2)?;
+    let restored = fresh.restore(&state, 2)?;
+    second.given.same_as(&restored, "when it was saved and when it was restored in a new participant")?;
     third.same_as(&fresh.advance(0)?, "restored in a new participant, first window")?;
     fourth.same_as(&fresh.advance(1)?, "restored in a new participant, second window")?;
 
+    at_start.same_as(&fresh.restore(&start, 0)?, "initialised and restored to the start")?;
+    first.same_as(&fresh.advance(0)?, "initialised and restored to the start, first window")?;
+
     let mut torn = Life::initialized(suite)?;
-    if torn.participant.restore(&state[..state.len() - 1]).is_ok() {
+    if torn.restore(&state[..state.len() - 1], 2).is_ok() {
         return Err("it restores a state whose last byte is missing".to_owned());
     }
     Ok(())

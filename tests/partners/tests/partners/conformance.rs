@@ -78,6 +78,8 @@ enum Flaw {
     Rewrites,
     /// It restores nothing.
     Forgets,
+    /// It restores, and does not say what stands there.
+    Withholds,
 }
 
 impl Participant for Careless {
@@ -108,7 +110,7 @@ impl Participant for Careless {
                 let constants = outputs.iter_mut().filter(|(port, _)| port.exchange == Exchange::Constant);
                 constants.for_each(|(_, array)| array.fill(1000.0));
             }
-            Flaw::Forgets => {}
+            Flaw::Forgets | Flaw::Withholds => {}
         }
         Ok(report)
     }
@@ -118,10 +120,19 @@ impl Participant for Careless {
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
         self.inner.save()
     }
-    fn restore(&mut self, state: &[u8]) -> Result<(), ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
         match self.flaw {
-            Flaw::Forgets => Ok(()),
-            _ => self.inner.restore(state),
+            Flaw::Forgets => {
+                let now = self.inner.save()?;
+                self.inner.restore(&now, outputs)
+            }
+            Flaw::Withholds => {
+                let before = outputs.clone();
+                let ready = self.inner.restore(state, outputs)?;
+                outputs.copy_from(&before, |_| true)?;
+                Ok(ready)
+            }
+            _ => self.inner.restore(state, outputs),
         }
     }
     fn terminate(&mut self) -> Result<(), ParticipantError> {
@@ -135,7 +146,8 @@ fn careless_participants_are_found() {
         (Flaw::Counts, "solving again: the same input twice, another between: output 0"),
         (Flaw::LeavesOut, "solving again: over outputs that held something else"),
         (Flaw::Rewrites, "`finish` wrote the constant field `reference_volume`"),
-        (Flaw::Forgets, "saving and restoring: a state that was restored and saved again differs"),
+        (Flaw::Forgets, "saving and restoring: when it was saved and when it was restored: output"),
+        (Flaw::Withholds, "saving and restoring: when it was saved and when it was restored: output"),
     ] {
         let make = || {
             let inner = build("spring-mass velocity=1").expect("a mock");
@@ -168,7 +180,7 @@ fn a_wrong_description_ends_the_suite() {
         fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
             unreachable!("the suite ends before")
         }
-        fn restore(&mut self, _: &[u8]) -> Result<(), ParticipantError> {
+        fn restore(&mut self, _: &[u8], _: &mut Fields) -> Result<Readiness, ParticipantError> {
             unreachable!("the suite ends before")
         }
         fn terminate(&mut self) -> Result<(), ParticipantError> {

@@ -5,7 +5,7 @@
 //! long as it is there; the kernel gives it back when the process ends, however it ends. Who can have the
 //! lock alone knows that nobody is there, and removes whatever there still is.
 
-use super::Address;
+use crate::transport::Address;
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 use std::fs::{self, File};

@@ -1,6 +1,5 @@
 //! Properties of mappings: what is exact, what is kept, how errors fall, what is refused.
 
-#[path = "mapping/rebuilding.rs"]
 mod rebuilding;
 
 use coupler::mapping::{Mapping, MappingError, Method, POINTS_PER_CLUSTER, PointSet, Settings};

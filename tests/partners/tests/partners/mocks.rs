@@ -110,7 +110,7 @@ fn the_log_holds_the_order_of_calls_of_both_sides() {
     fluid.start(&WINDOW, &taken).expect("a solution");
     fluid.finish(&mut answer).expect("a solution");
     fluid.accept(Some(7)).expect("a solution");
-    structure.restore(&[1, 2, 3]).expect_err("no state");
+    structure.restore(&[1, 2, 3], &mut motion).expect_err("no state");
     structure.terminate().expect("an end");
     assert_eq!(
         log.brief(),
@@ -251,7 +251,7 @@ fn deadly_faults_end_the_process() {
     for (fault, signal) in [("kill@0", 9), ("abort@0", 6)] {
         let program = std::env::current_exe().expect("the test program");
         let ended = std::process::Command::new(program)
-            .args(["--exact", "victim"])
+            .args(["--exact", "mocks::victim"])
             .env("PARTNERS_TEST_FAULT", fault)
             .output()
             .expect("a process that starts");

@@ -1,0 +1,72 @@
+//! The folder of a run's outputs.
+
+use super::options::RunError;
+use crate::trace::TRACE;
+use interfaces::case::Case;
+use std::fs::{File, TryLockError};
+use std::path::Path;
+
+/// File of the case as resolved, in the folder of the outputs.
+pub const CASE: &str = "case.toml";
+/// The line that tells a case as resolved from a case as written, which must not be overwritten.
+const RESOLVED: &str = "# The case as resolved by meniscus: every default filled in, all overrides applied.";
+/// Folders into which a role's functional mock-up unit is unpacked while it runs.
+const UNPACKED: [&str; 2] = ["fluid_fmu", "structure_fmu"];
+/// File of the summary.
+pub const SUMMARY: &str = "summary.json";
+
+/// Makes the folder, or empties it of an earlier run; writes the case as resolved. Gives the folder, locked
+/// while it is open.
+pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
+    let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
+    std::fs::create_dir_all(out).map_err(|e| folder(e.to_string()))?;
+    let mut entries = std::fs::read_dir(out).map_err(|e| folder(e.to_string()))?;
+    let opened = File::open(out).map_err(|e| folder(e.to_string()))?;
+    match opened.try_lock() {
+        Err(TryLockError::WouldBlock) => return Err(folder("another run writes to it".to_owned())),
+        // Some file systems know no locks; the run does not depend on them.
+        Ok(()) | Err(TryLockError::Error(_)) => {}
+    }
+    let holds_a_run =
+        std::fs::read_to_string(out.join(CASE)).is_ok_and(|text| text.lines().next() == Some(RESOLVED));
+    if !holds_a_run && entries.next().is_some() {
+        return Err(folder("it holds files that are not of an earlier run".to_owned()));
+    }
+    for name in ["fluid", "structure", "walls", "frames"].into_iter().chain(UNPACKED) {
+        remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
+    }
+    let files = [
+        SUMMARY,
+        crate::records::WINDOWS,
+        crate::records::PROBES,
+        crate::records::ITERATIONS,
+        TRACE,
+        "report.html",
+        "fluid.pvd",
+        "structure.pvd",
+        "walls.pvd",
+        "fluid.log",
+        "structure.log",
+    ];
+    for name in files {
+        remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;
+    }
+    let text = format!("{RESOLVED}\n\n{}", case.to_toml());
+    output::atomic::write_file(&out.join(CASE), text.as_bytes()).map_err(|e| folder(e.to_string()))?;
+    Ok(opened)
+}
+
+fn remove(path: &Path, how: impl Fn(&Path) -> std::io::Result<()>) -> std::io::Result<()> {
+    match how(path) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => Err(error),
+        _ => Ok(()),
+    }
+}
+
+/// Removes what a unit's process could not remove because it died. What is left all the same, the next run
+/// removes.
+pub(super) fn remove_unpacked(out: &Path) {
+    for name in UNPACKED {
+        let _ = std::fs::remove_dir_all(out.join(name));
+    }
+}

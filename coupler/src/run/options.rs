@@ -1,0 +1,70 @@
+//! What the command line sets of a run, and why a run did not complete.
+
+use crate::launch;
+use crate::schemes::SchemeError;
+use crate::side::SideError;
+use interfaces::{ParticipantError, Role};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use thiserror::Error;
+
+/// What the command line sets of a run.
+pub struct Options {
+    /// Folder of the outputs.
+    pub out: PathBuf,
+    /// Whether the participants are called in this process instead of being processes of their own.
+    pub in_process: bool,
+    /// Whether nothing is drawn on the terminal.
+    pub quiet: bool,
+    /// Whether a trace is written.
+    pub trace: bool,
+    /// Domain of shared memory, where it is not the usual one.
+    pub domain: Option<String>,
+    /// Becomes true when the run is told to stop.
+    pub stop: Arc<AtomicBool>,
+}
+
+/// Why a run did not complete.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// A participant failed, or the two do not fit together.
+    #[error(transparent)]
+    Scheme(#[from] SchemeError),
+    /// A participant could not be started.
+    #[error(transparent)]
+    Launch(#[from] launch::LaunchError),
+    /// Outputs could not be written.
+    #[error(transparent)]
+    Output(#[from] output::Error),
+    /// A participant that is not one of our solvers cannot be called in this process.
+    #[error(
+        "failed to call the {role} in this process: the case has another program for it ({role}.participant); leave out --in-process"
+    )]
+    NotInProcess {
+        /// Which participant.
+        role: Role,
+    },
+    /// The folder of the outputs holds something else.
+    #[error("failed to use {} as the folder of the outputs: {what}; choose another with --out", .path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+}
+
+impl From<SideError> for RunError {
+    fn from(error: SideError) -> Self {
+        Self::Scheme(error.into())
+    }
+}
+
+impl RunError {
+    /// Whether the run ended because it was told to.
+    pub fn is_interruption(&self) -> bool {
+        let Self::Scheme(SchemeError::Side(side)) = self else { return false };
+        matches!(side.source, ParticipantError::Interrupted { .. })
+    }
+}

@@ -1,0 +1,4 @@
+//! The coupler on points and partners that are known.
+
+mod mapping;
+mod states;

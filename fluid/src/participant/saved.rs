@@ -1,0 +1,39 @@
+//! What a restored fluid gives at once, around its own state: limit and scalars depend on the last solution's
+//! inputs, and the load on its sums.
+
+use crate::interface::InterfaceOutput;
+use interfaces::Readiness;
+use words::bytes::{Error, Reader, Writer};
+
+/// First bytes of a saved state; the last is the version of its layout.
+const MAGIC: &[u8; 8] = b"mnscflu1";
+
+pub fn to_bytes<const D: usize>(ready: &Readiness, output: &InterfaceOutput<D>, own: &[u8]) -> Vec<u8> {
+    let mut state = Writer::new(MAGIC);
+    state.f64(ready.window_limit);
+    state.f64s(&ready.scalars);
+    for vectors in [&output.pressure_gradients, &output.pair_reactions, &output.normals] {
+        state.vectors(vectors);
+    }
+    state.f64s(&output.pressures);
+    state.bytes(own);
+    state.finish()
+}
+
+/// For a fluid whose load is at present laid out as `output`.
+pub fn from_bytes<'a, const D: usize>(
+    bytes: &'a [u8],
+    output: &InterfaceOutput<D>,
+) -> Result<(Readiness, InterfaceOutput<D>, &'a [u8]), Error> {
+    let points = Some(output.pressures.len());
+    let mut state = Reader::new("fluid's state", MAGIC, bytes)?;
+    let ready = Readiness { window_limit: state.f64("window limit")?, scalars: state.f64s("scalars", None)? };
+    let output = InterfaceOutput {
+        pressure_gradients: state.vectors("pressure gradients", points)?,
+        pair_reactions: state.vectors("pair reactions", points)?,
+        normals: state.vectors("normals", points)?,
+        pressures: state.f64s("pressures", points)?,
+    };
+    let own = state.bytes("particles")?;
+    state.finish().map(|()| (ready, output, own))
+}

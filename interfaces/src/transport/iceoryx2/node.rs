@@ -1,0 +1,75 @@
+//! A node of ours, and what is left of the dead.
+
+use super::presence::Presence;
+use crate::ParticipantError;
+use crate::transport::Address;
+use iceoryx2::prelude::{
+    Config, FileName, LogLevel, Node, NodeBuilder, Path, SemanticString, SignalHandlingMode,
+    set_log_level_from_env_or,
+};
+use iceoryx2::service::{Service, ipc};
+use std::ops::Deref;
+use std::time::Duration;
+
+/// For another survivor to finish removing what a dead node left.
+const CLEAN_UP: Duration = Duration::from_secs(1);
+
+/// A node of ours. Creating one removes what dead nodes of the domain left; the last of a domain to go leaves
+/// nothing.
+pub(super) struct OwnNode<S: Service> {
+    /// Nothing only while it is dropped, which has to come before the presence ends.
+    node: Option<Node<S>>,
+    _presence: Presence,
+}
+
+impl<S: Service> OwnNode<S> {
+    pub(super) fn new(address: &Address) -> Result<Self, ParticipantError> {
+        let failed = |what: String| ParticipantError::Transport { during: "opening a node".to_owned(), what };
+        set_log_level_from_env_or(LogLevel::Fatal);
+        let config = config(address).map_err(failed)?;
+        let presence = Presence::enter(address).map_err(|e| failed(format!("{e} ({})", address.root())))?;
+        let node = NodeBuilder::new()
+            .config(&config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<S>()
+            .map_err(|e| failed(format!("{e:?} ({})", address.root())))?;
+        Ok(Self { node: Some(node), _presence: presence })
+    }
+
+    /// Removes what dead nodes left, waiting for others who do the same.
+    pub(super) fn clean_up(&self) {
+        self.blocking_cleanup_dead_nodes(CLEAN_UP);
+    }
+}
+
+impl<S: Service> Deref for OwnNode<S> {
+    type Target = Node<S>;
+
+    fn deref(&self) -> &Node<S> {
+        self.node.as_ref().expect("the node is there until it is dropped")
+    }
+}
+
+impl<S: Service> Drop for OwnNode<S> {
+    fn drop(&mut self) {
+        self.clean_up();
+        self.node = None;
+    }
+}
+
+/// The library's settings, whole, so that no file in a working or home directory changes them.
+fn config(address: &Address) -> Result<Config, String> {
+    address.check_domain()?;
+    let (root, prefix) = (address.root(), address.prefix());
+    let mut config = Config::default();
+    config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|e| format!("prefix {prefix}: {e:?}"))?;
+    let root = Path::new(root.as_bytes()).map_err(|e| format!("folder {root}: {e:?}"))?;
+    config.global.set_root_path(&root);
+    Ok(config)
+}
+
+/// Removes what processes of the address's domain left in shared memory when they were killed. Who kills
+/// participants calls it once they are gone; a run that starts or ends does it by itself.
+pub fn remove_stale(address: &Address) -> Result<(), ParticipantError> {
+    OwnNode::<ipc::Service>::new(address).map(drop)
+}
