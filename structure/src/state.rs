@@ -3,7 +3,7 @@
 use sph::Vector;
 use words::bytes::{self, Reader, Writer};
 
-const MAGIC: &[u8; 8] = b"mnscstr1";
+const MAGIC: &[u8; 8] = b"mnscsol1";
 
 /// Positions, velocities and energies at one time, particles in the order of the setup.
 #[derive(Clone, Debug, PartialEq)]

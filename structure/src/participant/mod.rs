@@ -1,4 +1,4 @@
-//! The structure as a participant: the one file of this crate that knows the case, messages and outputs.
+//! The structure as a participant: the one module of this crate that knows the case, messages and outputs.
 //!
 //! Case → [`crate::Setup`]; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and
 //! energies.
