@@ -4,23 +4,26 @@
 //! probes and balances.
 
 mod ledger;
+mod section;
 mod setup;
 mod snapshot;
 
 use crate::{Error, Fluid, InterfaceInput, InterfaceParticles, State};
 use interfaces::case::Case;
-use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
+use interfaces::case::resolved::{Probe, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
     Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar,
     ScalarKind, TimeWindow, WindowReport,
 };
 use ledger::Ledger;
+pub use section::SECTIONS;
 use setup::Made;
 use snapshot::Snapshots;
 use sph::Vector;
 use std::path::Path;
 use std::time::Instant;
+use words::probe::ProbeQuantity;
 
 /// The fluid of `case`, writing its snapshots to the folder `out`.
 ///
@@ -337,7 +340,7 @@ mod tests {
     #[test]
     fn a_failed_solve_leaves_its_state_in_the_folder_of_the_run() {
         let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/hydrostatic_tank");
-        let case = Case::load(&case, &[]).expect("the case is sound");
+        let case = Case::load(&case, &[], &[SECTIONS]).expect("the case is sound");
         let out = std::env::temp_dir().join(format!("failed-solve-{}", std::process::id()));
         let mut participant = FluidParticipant::<2>::new(&case, &out).expect("the fluid can be made");
         participant.made.options.iteration_limit = 0;

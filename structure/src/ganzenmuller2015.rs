@@ -28,14 +28,14 @@ pub(crate) struct HourglassPairs<const D: usize> {
 impl<const D: usize> Structure<D> {
     /// Builds the pairs if the option is on.
     pub(crate) fn build_hourglass(&self) -> Option<HourglassPairs<D>> {
-        let coefficient = self.setup.hourglass;
+        let coefficient = self.setup.options.hourglass;
         if coefficient == 0.0 {
             return None;
         }
         let mut pairs = HourglassPairs { starts: vec![0], ..Default::default() };
         let mut first = 0;
         for body in &self.setup.bodies {
-            let kernel = CubicSpline::<D>::new(self.setup.smoothing_ratio() * body.spacing());
+            let kernel = CubicSpline::<D>::new(self.setup.options.smoothing_ratio * body.spacing());
             let mut list = NeighbourList::default();
             list.rebuild(&body.positions, &CellGrid::new(&body.positions, kernel.support()), &body.positions);
             for a in 0..body.positions.len() {
@@ -61,7 +61,7 @@ impl<const D: usize> Structure<D> {
     /// Adds the control's accelerations of the free particles in the stage's displacements.
     pub(crate) fn add_hourglass(&mut self, out: &mut Field) {
         let Some(mut pairs) = self.hourglass.take() else { return };
-        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l, _| {
+        kernels::visit_gradients::<D>(self.setup.options.gradient, &self.stencil, &self.fields, |s, l, _| {
             for lane in 0..LANES {
                 let user = self.numbering.user_of[s * LANES + lane] as usize;
                 if let Some(f) = pairs.gradients.get_mut(user) {

@@ -8,7 +8,7 @@ use crate::field::Field;
 use crate::gradient::{first_order, quadratic};
 use crate::lanes::{LANES, Lanes, Tensor, matrix, row as row_of};
 use crate::material::{ConstitutiveLaw, Elasticity, Law, with_law};
-use crate::setup::Gradient;
+use crate::options::Gradient;
 use crate::stencil::{Slice, Stencil};
 use std::array::from_fn;
 use std::ops::Range;

@@ -22,7 +22,7 @@
 //! Energy lost by the oscillating plate (St. Venant–Kirchhoff) in ten periods: the Runge–Kutta method damps
 //! the short waves that the initial velocity excites on the lattice, with the fifth power of the step. With 4
 //! / 6 / 10 layers 2.3e-3, 6.4e-4, 1.1e-4 of it at nine tenths of the limit of stability; at a quarter
-//! ([`Setup::step_fraction`]) 6.4e-5, 2.9e-5 and 9.5e-6.
+//! ([`Options::step_fraction`]) 6.4e-5, 2.9e-5 and 9.5e-6.
 //!
 //! The stable sub-step comes from the operator's largest frequency and is found anew as the structure is
 //! strained ([`State::stability`]): a bar of that law pulled to twice its length stiffens until 0.45 of the
@@ -75,6 +75,7 @@ mod lanes;
 mod load;
 pub mod material;
 mod numbering;
+mod options;
 pub mod participant;
 mod point;
 mod setup;
@@ -88,7 +89,8 @@ pub use cells::{Cell, relax_to_centroids, voronoi_cells};
 pub use error::{Error, ErrorKind, SetupError};
 pub use load::{DeadLoad, History, Load};
 pub use material::{Law, Material, Plane};
+pub use options::{Gradient, Options};
 pub use point::MaterialPoint;
-pub use setup::{Body, Gradient, Setup, Side};
+pub use setup::{Body, Setup, Side};
 pub use state::{Derived, Energy, Report, Stability, State};
 pub use structure::Structure;

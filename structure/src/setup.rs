@@ -3,30 +3,10 @@
 use crate::cells::Cell;
 use crate::load::DeadLoad;
 use crate::material::Material;
+use crate::options::{Gradient, Options, SAFETY};
 use crate::{ErrorKind, SetupError};
 use sph::lattice::Lattice;
 use sph::{Matrix, Vector};
-
-/// The discrete gradient in the reference configuration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum Gradient {
-    /// The paper's kernel gradient corrected to first order, Eqs. (35), (36), (42).
-    FirstOrder,
-    /// Quadratic gradient and Hessian with a strain-gradient energy: right in bending from three particles
-    /// through the thickness on.
-    #[default]
-    Quadratic,
-}
-
-impl Gradient {
-    /// Smoothing length over spacing where none is given: the paper's 1.2; 1.0 for the quadratic gradient.
-    pub fn default_smoothing_ratio(self) -> f64 {
-        match self {
-            Self::FirstOrder => 1.2,
-            Self::Quadratic => 1.0,
-        }
-    }
-}
 
 /// One of the two sides of a box along an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -197,38 +177,15 @@ pub struct Setup<const D: usize> {
     pub gravity: Vector<D>,
     /// Dead loads.
     pub dead_loads: Vec<DeadLoad<D>>,
-    /// Discrete gradient.
-    pub gradient: Gradient,
-    /// Smoothing length over spacing, where not the gradient's own.
-    pub smoothing_ratio: Option<f64>,
-    /// Viscous damping `c` (1/s): the acceleration `−c u`. Zero: none.
-    pub damping: f64,
-    /// Coefficient `ζ` of the hourglass control of Ganzenmüller 2015; others run 0.01 to 0.1. Zero: none.
-    pub hourglass: f64,
-    /// Largest sub-step over the limit of stability, in (0, 0.9]; 0.9 unless told. The method loses energy
-    /// with the fifth power of the step.
-    pub step_fraction: f64,
+    /// Choices of the method.
+    pub options: Options,
 }
 
 impl<const D: usize> Setup<D> {
-    /// Bodies without loads, with the quadratic gradient and no option on. Clamp them for the same gradient
+    /// Bodies without loads, with the default options: the quadratic gradient. Clamp them for the same gradient
     /// ([`Body::clamp`]).
     pub fn new(bodies: Vec<Body<D>>) -> Self {
-        Self {
-            bodies,
-            gravity: Vector::zeros(),
-            dead_loads: Vec::new(),
-            gradient: Gradient::default(),
-            smoothing_ratio: None,
-            damping: 0.0,
-            hourglass: 0.0,
-            step_fraction: crate::stability::SAFETY,
-        }
-    }
-
-    /// Smoothing length over spacing that will be used.
-    pub fn smoothing_ratio(&self) -> f64 {
-        self.smoothing_ratio.unwrap_or_else(|| self.gradient.default_smoothing_ratio())
+        Self { bodies, gravity: Vector::zeros(), dead_loads: Vec::new(), options: Options::default() }
     }
 
     /// Finds all mistakes.
@@ -242,7 +199,7 @@ impl<const D: usize> Setup<D> {
             check_body(index, first, body, &mut mistakes);
             first += body.positions.len();
         }
-        if self.gradient == Gradient::Quadratic && mistakes.is_empty() {
+        if self.options.gradient == Gradient::Quadratic && mistakes.is_empty() {
             for (index, body) in self.bodies.iter().enumerate() {
                 mistakes.extend(too_thin(index, body));
             }
@@ -252,11 +209,11 @@ impl<const D: usize> Setup<D> {
                 mistakes.push(ErrorKind::Option { name, value });
             }
         };
-        positive("smoothing_ratio", self.smoothing_ratio(), false);
-        positive("damping", self.damping, true);
-        positive("hourglass", self.hourglass, true);
-        if !(self.step_fraction > 0.0 && self.step_fraction <= crate::stability::SAFETY) {
-            mistakes.push(ErrorKind::Option { name: "step_fraction", value: self.step_fraction });
+        positive("smoothing_ratio", self.options.smoothing_ratio, false);
+        positive("damping", self.options.damping, true);
+        positive("hourglass", self.options.hourglass, true);
+        if !(self.options.step_fraction > 0.0 && self.options.step_fraction <= SAFETY) {
+            mistakes.push(ErrorKind::Option { name: "step_fraction", value: self.options.step_fraction });
         }
         if !self.gravity.iter().all(|g| g.is_finite()) {
             mistakes.push(ErrorKind::Option { name: "gravity", value: f64::NAN });

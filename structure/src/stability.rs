@@ -4,7 +4,7 @@
 use crate::field::Field;
 use crate::kernels;
 use crate::lanes::{Lanes, Tensor};
-use crate::setup::Setup;
+use crate::options::Options;
 use crate::state::{Stability, State};
 use crate::structure::Structure;
 use sph::Vector;
@@ -13,12 +13,8 @@ use sph::Vector;
 /// §IV.2).
 const RUNGE_KUTTA_LIMIT: f64 = 2.0 * std::f64::consts::SQRT_2;
 
-/// Largest fraction of the limit that is allowed: the largest frequency rises with deformation within a
-/// window, and the iteration finds it from below.
-pub const SAFETY: f64 = 0.9;
-
 /// The limit is found anew where the largest strain has changed by this since it was found. For St. Venant
-/// and Kirchhoff's law the frequency rises by 1.5 times the strain, 3 % of the 10 % that [`SAFETY`] leaves.
+/// and Kirchhoff's law the frequency rises by 1.5 times the strain, 3 % of the 10 % that [`SAFETY`](crate::options::SAFETY) leaves.
 const STRAIN_CHANGE: f64 = 0.02;
 
 /// Lanczos vectors. The largest Ritz value is then within 1e-3 of the eigenvalue on lattices of 10² to 10⁵
@@ -31,7 +27,7 @@ const PROBE: f64 = 1e-5;
 
 impl<const D: usize> Structure<D> {
     /// The stable step (s) at rest in the reference configuration:
-    /// [`step_fraction`](crate::Setup::step_fraction) times `2√2/ω_max`; with damping `c` the limit on the
+    /// [`step_fraction`](Options::step_fraction) times `2√2/ω_max`; with damping `c` the limit on the
     /// real axis, `2.78/c`, is kept too. That of a strained structure is [`State::stability`].
     pub fn stable_time_step(&self) -> f64 {
         self.stable_time_step
@@ -53,7 +49,7 @@ impl<const D: usize> Structure<D> {
     fn largest_strain(&self) -> f64 {
         let mut largest = 0.0_f64;
         kernels::visit_gradients::<D>(
-            self.setup.gradient,
+            self.setup.options.gradient,
             &self.stencil,
             &self.fields,
             |_, l: &Tensor<D>, _| {
@@ -73,7 +69,7 @@ impl<const D: usize> Structure<D> {
     pub(crate) fn stable_time_step_about(&mut self, displacements: &[Vector<D>]) -> f64 {
         let spacing = self.setup.bodies.iter().map(crate::Body::spacing).fold(f64::INFINITY, f64::min);
         let omega = self.largest_frequency(displacements, PROBE * spacing);
-        let Setup { step_fraction, damping, .. } = self.setup;
+        let Options { step_fraction, damping, .. } = self.setup.options;
         let step = step_fraction * RUNGE_KUTTA_LIMIT / omega;
         if damping > 0.0 { step.min(step_fraction * 2.78 / damping) } else { step }
     }
@@ -140,7 +136,7 @@ impl<const D: usize> Structure<D> {
                 self.fields.displacement.set_vector(particle.internal, &moved);
             }
             self.stresses();
-            kernels::acceleration_pass(D, self.setup.gradient, &self.stencil, &self.fields, scratch);
+            kernels::acceleration_pass(D, self.setup.options.gradient, &self.stencil, &self.fields, scratch);
             self.add_hourglass(scratch);
             for (n, particle) in free.iter().enumerate() {
                 let a = scratch.vector::<D>(particle.internal);
@@ -181,7 +177,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::{Body, Gradient, Law, Load, Material, Plane, Setup, Side, Structure};
+    use crate::{Body, Gradient, Law, Load, Material, Options, Plane, Setup, Side, Structure};
     use sph::Vector;
 
     fn grows(gradient: Gradient, factor: f64) -> bool {
@@ -195,7 +191,7 @@ mod tests {
         let body = Body::block(Vector::from([0.0, 0.0]), Vector::from([1.2, 0.4]), 0.1, material, 1000.0)
             .clamp(0, Side::Low, gradient, ratio);
         let mut setup = Setup::new(vec![body]);
-        setup.gradient = gradient;
+        setup.options = Options::of(gradient);
         let mut structure = Structure::new(setup).unwrap();
         let step = factor * structure.stable_time_step;
         let mut from = structure.state_at_rest(0.0);

@@ -8,7 +8,8 @@ use crate::kernels::{self, BodyPass, Fields, row};
 use crate::lanes::{LANES, plus_identity};
 use crate::material::{ConstitutiveLaw, with_law};
 use crate::numbering::{NOBODY, Numbering};
-use crate::setup::{Gradient, Setup};
+use crate::options::Gradient;
+use crate::setup::Setup;
 use crate::state::{Derived, Energy, Stability, State};
 use crate::stencil::Stencil;
 use crate::{Error, ErrorKind, SetupError};
@@ -47,7 +48,7 @@ impl<const D: usize> Structure<D> {
                 elasticity: body.material.elasticity::<D>(),
             })
             .collect();
-        let basis = kernels::basis(D, setup.gradient);
+        let basis = kernels::basis(D, setup.options.gradient);
         let mut fields = Fields::new(D, basis, stencil.margin, numbering.count());
         let bodies = &setup.bodies;
         let reference = bodies.iter().flat_map(|b| b.positions.iter().copied()).collect();
@@ -57,7 +58,7 @@ impl<const D: usize> Structure<D> {
             bodies.iter().flat_map(|b| std::iter::repeat_n(b.density, b.positions.len())).collect();
         let masses: Vec<f64> = densities.iter().zip(&volumes).map(|(d, v)| d * v).collect();
         for (user, internal) in numbering.pairs().filter(|&(user, _)| !clamped[user]) {
-            let scale = match setup.gradient {
+            let scale = match setup.options.gradient {
                 Gradient::FirstOrder => 1.0 / densities[user],
                 Gradient::Quadratic => 1.0 / masses[user],
             };
@@ -166,7 +167,7 @@ impl<const D: usize> Structure<D> {
         out.strain_energy_density.resize(count, 0.0);
         out.deformation_gradient.resize(count, Matrix::zeros());
         kernels::visit_gradients::<D>(
-            self.setup.gradient,
+            self.setup.options.gradient,
             &self.stencil,
             &self.fields,
             |s, l, gradient_energy| {
@@ -211,7 +212,7 @@ impl<const D: usize> Structure<D> {
             return Err(self.inversion(slice, state.time));
         }
         let mut field = Field::new(D, self.stencil.margin, self.numbering.count());
-        kernels::acceleration_pass(D, self.setup.gradient, &self.stencil, &self.fields, &mut field);
+        kernels::acceleration_pass(D, self.setup.options.gradient, &self.stencil, &self.fields, &mut field);
         self.add_hourglass(&mut field);
         let internal_of = self.numbering.internal_of.iter();
         Ok(internal_of.map(|&internal| field.vector::<D>(internal as usize)).collect())
@@ -277,13 +278,13 @@ impl<const D: usize> Structure<D> {
 
     /// Conjugates of the stage's displacements; the first slice with an inverted particle.
     pub(crate) fn stresses(&mut self) -> Option<usize> {
-        kernels::stress_pass(D, self.setup.gradient, &self.stencil, &self.passes, &mut self.fields)
+        kernels::stress_pass(D, self.setup.options.gradient, &self.stencil, &self.passes, &mut self.fields)
     }
 
     /// The error for a slice in which `J` is not positive.
     pub(crate) fn inversion(&self, slice: usize, time: f64) -> Error {
         let mut found = None;
-        kernels::visit_gradients::<D>(self.setup.gradient, &self.stencil, &self.fields, |s, l, _| {
+        kernels::visit_gradients::<D>(self.setup.options.gradient, &self.stencil, &self.fields, |s, l, _| {
             if s == slice {
                 let jacobian = crate::lanes::cofactor(&plus_identity(l)).1;
                 found = (0..LANES)
@@ -320,7 +321,7 @@ impl<const D: usize> Structure<D> {
     }
 
     fn strain_energy(&mut self) -> f64 {
-        let (gradient, stencil) = (self.setup.gradient, &self.stencil);
+        let (gradient, stencil) = (self.setup.options.gradient, &self.stencil);
         kernels::energy_pass(D, gradient, stencil, &self.passes, &mut self.fields);
         let internal_of = &self.numbering.internal_of;
         sph::parallel::sum(self.len(), |user| {
@@ -350,7 +351,7 @@ fn von_mises<const D: usize>(sigma: &Matrix<D>, out_of_plane: f64) -> f64 {
 /// Neighbours and weights of all bodies.
 fn build_stencil<const D: usize>(setup: &Setup<D>, numbering: &Numbering) -> Result<Stencil, SetupError> {
     let mut stencil = Stencil::default();
-    let ratio = setup.smoothing_ratio();
+    let ratio = setup.options.smoothing_ratio;
     let mut first_user = 0;
     for (body, slices) in setup.bodies.iter().zip(&numbering.slices) {
         let first = slices.start * LANES;
@@ -374,7 +375,7 @@ fn build_stencil<const D: usize>(setup: &Setup<D>, numbering: &Numbering) -> Res
                 row
             })
             .collect();
-        let pushed = match setup.gradient {
+        let pushed = match setup.options.gradient {
             Gradient::FirstOrder => {
                 stencil.push(slices.clone(), &rows, &FirstOrder::new(body, ratio, first, &members))
             }

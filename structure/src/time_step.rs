@@ -69,10 +69,10 @@ impl<const D: usize> Structure<D> {
                     weight,
                     to_next: next.map(|fraction| fraction * sub_step),
                     sixth: sub_step / 6.0,
-                    damping: self.setup.damping,
+                    damping: self.setup.options.damping,
                     loaded: self.is_loaded(load),
                 };
-                kernels::stage_pass(D, self.setup.gradient, &self.stencil, &stage, &mut self.fields);
+                kernels::stage_pass(D, self.setup.options.gradient, &self.stencil, &stage, &mut self.fields);
             }
         }
         self.store_state(from, to, dt)?;

@@ -3,8 +3,8 @@
 
 use sph::Vector;
 use structure::{
-    Body, DeadLoad, Gradient, History, Law, Load, Material, MaterialPoint, Plane, Setup, Side, State,
-    Structure,
+    Body, DeadLoad, Gradient, History, Law, Load, Material, MaterialPoint, Options, Plane, Setup, Side,
+    State, Structure,
 };
 
 type V = Vector<2>;
@@ -22,8 +22,8 @@ fn clamped_beam(
         Body::block(V::zeros(), V::from([length, thickness]), thickness / layers as f64, material, density)
             .clamp(0, Side::Low, gradient, smoothing_ratio);
     let mut setup = Setup::new(vec![body]);
-    setup.gradient = gradient;
-    setup.smoothing_ratio = Some(smoothing_ratio);
+    setup.options = Options::of(gradient);
+    setup.options.smoothing_ratio = smoothing_ratio;
     setup
 }
 
@@ -128,7 +128,7 @@ fn a_static_cantilever_with_four_layers() {
         .unwrap();
         setup.dead_loads.push(DeadLoad::at(&face, V::from([0.0, 1750.0 / 0.001]), History::ramp(1.5e-3)));
         // Near critical for the first mode, 840 Hz: 2 ω is 10,600 1/s; less is enough to rest after 10 ms.
-        setup.damping = 2500.0;
+        setup.options.damping = 2500.0;
         let mut structure = Structure::new(setup).unwrap();
         let state = structure.state_at_rest(0.0);
         let tip = MaterialPoint::new(V::from([0.1, 0.005]), structure.reference_positions(), 0.0025).unwrap();
@@ -160,10 +160,10 @@ fn a_cantilever_block_in_three_dimensions() {
         1.0,
     );
     let mut setup = Setup::new(vec![body]);
-    setup.gradient = Gradient::Quadratic;
+    setup.options = Options::of(Gradient::Quadratic);
     setup.gravity = Vector::from([0.0, 0.0, -0.001]);
     // Near critical: twice the first mode's 2.0 rad/s.
-    setup.damping = 4.0;
+    setup.options.damping = 4.0;
     let mut structure = Structure::<3>::new(setup).unwrap();
     let tip = MaterialPoint::new(Vector::from([2.0, 0.125, 0.125]), structure.reference_positions(), 0.0625)
         .unwrap();

@@ -2,8 +2,8 @@
 
 use sph::Vector;
 use structure::{
-    Body, DeadLoad, Error, ErrorKind, Gradient, History, Law, Load, Material, Plane, Setup, Side, State,
-    Structure,
+    Body, DeadLoad, Error, ErrorKind, Gradient, History, Law, Load, Material, Options, Plane, Setup, Side,
+    State, Structure,
 };
 
 type V = Vector<2>;
@@ -22,7 +22,7 @@ fn setup(gradient: Gradient, length: f64, clamped: bool) -> Setup<2> {
         body = body.clamp(0, Side::Low, gradient, gradient.default_smoothing_ratio());
     }
     let mut setup = Setup::new(vec![body]);
-    setup.gradient = gradient;
+    setup.options = Options::of(gradient);
     setup
 }
 
@@ -144,7 +144,7 @@ fn a_free_body_falls_and_the_work_of_loads_is_its_kinetic_energy() {
 #[test]
 fn viscous_damping_slows_a_free_body_exponentially() {
     let mut setup = setup(Gradient::FirstOrder, 1.0, false);
-    setup.damping = 40.0;
+    setup.options.damping = 40.0;
     let mut structure = Structure::new(setup).unwrap();
     let mut from = structure.state_at_rest(0.0);
     from.velocities.iter_mut().for_each(|u| *u = V::from([1.0, 0.0]));
@@ -196,7 +196,7 @@ fn all_mistakes_of_a_setup_are_reported_at_once() {
     let mut bad = setup(Gradient::FirstOrder, 1.0, true);
     bad.bodies[0].density = -1.0;
     bad.bodies[0].material.poissons_ratio = 0.5;
-    bad.damping = f64::NAN;
+    bad.options.damping = f64::NAN;
     bad.dead_loads.push(DeadLoad {
         particles: vec![(999, 1.0)],
         force: V::zeros(),
@@ -213,7 +213,7 @@ fn all_mistakes_of_a_setup_are_reported_at_once() {
     let mut thin = Setup::new(vec![thin]);
     let error = Structure::new(thin.clone()).unwrap_err();
     assert!(matches!(error.mistakes[..], [ErrorKind::Layers { body: 0, axis: 1, layers: 1 }]), "{error}");
-    thin.gradient = Gradient::FirstOrder;
+    thin.options = Options::of(Gradient::FirstOrder);
     let error = Structure::new(thin).unwrap_err();
     assert!(error.to_string().contains("do not span"), "{error}");
 }

@@ -4,7 +4,7 @@
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, tensor};
 use structure::filling::{Filling, rectangle, without_disc};
-use structure::{Body, Derived, Gradient, Law, Material, Plane, Setup, State, Structure};
+use structure::{Body, Derived, Gradient, Law, Material, Options, Plane, Setup, State, Structure};
 
 const GRADIENTS: [Gradient; 2] = [Gradient::FirstOrder, Gradient::Quadratic];
 
@@ -49,7 +49,7 @@ fn celled(law: Law) -> Body<2> {
 
 fn structure<const D: usize>(body: Body<D>, gradient: Gradient) -> Structure<D> {
     let mut setup = Setup::new(vec![body]);
-    setup.gradient = gradient;
+    setup.options = Options::of(gradient);
     Structure::new(setup).unwrap()
 }
 
@@ -237,8 +237,8 @@ fn hourglass_control_acts_on_what_the_gradient_does_not_see() {
     let body = jittered::<2>(0.0, Law::StVenantKirchhoff);
     let make = |hourglass| {
         let mut setup = Setup::new(vec![body.clone()]);
-        setup.gradient = Gradient::FirstOrder;
-        setup.hourglass = hourglass;
+        setup.options = Options::of(Gradient::FirstOrder);
+        setup.options.hourglass = hourglass;
         Structure::new(setup).unwrap()
     };
     let (mut plain, mut controlled) = (make(0.0), make(0.1));

@@ -31,7 +31,7 @@ fn pulled(law: Law, traction: f64) -> Structure<2> {
     let mut setup = Setup::new(vec![bar.clamp(0, Side::Low, Gradient::Quadratic, 1.0)]);
     setup.dead_loads.push(DeadLoad::at(&end, V::from([traction * WIDTH, 0.0]), History::ramp(0.3)));
     // Near critical for the first mode, π/2 √(E/ρ)/L = 50 1/s.
-    setup.damping = 80.0;
+    setup.options.damping = 80.0;
     Structure::new(setup).unwrap()
 }
 

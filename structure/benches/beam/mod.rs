@@ -2,7 +2,7 @@
 //! lattice or not.
 
 use sph::Vector;
-use structure::{Body, Gradient, Law, Material, Plane, Setup, Side, Structure};
+use structure::{Body, Gradient, Law, Material, Options, Plane, Setup, Side, Structure};
 
 /// How the particles lie, which decides how the time step finds neighbours and weights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,7 +51,7 @@ pub fn beam(gradient: Gradient, path: Path, [layers, columns]: [usize; 2]) -> St
         }
     }
     let mut setup = Setup::new(vec![body]);
-    setup.gradient = gradient;
+    setup.options = Options::of(gradient);
     setup.gravity = Vector::from([0.0, -9.81]);
     Structure::new(setup).expect("the beam is sound")
 }
