@@ -50,7 +50,7 @@ pub enum Command {
     #[command(subcommand)]
     Bench(Bench),
     /// Print the JSON schema of case files, for editors
-    Schema,
+    Schema(Schema),
 }
 
 /// A case and changes to it.
@@ -259,6 +259,14 @@ pub struct Echo {
     /// The run to join
     #[arg(long)]
     pub run: String,
+}
+
+/// `meniscus schema`.
+#[derive(Args)]
+pub struct Schema {
+    /// Instead, make the tables of keys in this page anew, as in docs/case-file.md
+    #[arg(long, value_name = "FILE")]
+    pub docs: Option<PathBuf>,
 }
 
 /// A side of the coupling.

@@ -19,6 +19,6 @@ fn main() -> ExitCode {
         Command::Mock(mock) => commands::participant::mock(&mock),
         Command::ExportFmu(export) => commands::export_fmu::export_fmu(&export),
         Command::Bench(bench) => commands::bench::bench(&bench),
-        Command::Schema => commands::schema::schema(),
+        Command::Schema(schema) => commands::schema::schema(&schema),
     }
 }

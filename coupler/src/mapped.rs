@@ -37,7 +37,7 @@ impl Filling {
     pub fn of(case: &Case, spacing: f64) -> Self {
         let mut filling = Self::default();
         let Some(structure) = &case.structure else { return filling };
-        filling.density = structure.material.density;
+        filling.density = structure.density();
         for body in &structure.bodies {
             let (counts, extent) = (body.bounds.lattice_counts(spacing), body.bounds.extent());
             let cell: Vec<f64> = extent.iter().zip(&counts).map(|(length, n)| length / *n as f64).collect();

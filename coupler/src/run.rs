@@ -235,13 +235,10 @@ fn fit(structure: &Side, fluid: &Side) -> Result<(), SchemeError> {
 
 /// Refuses, before anything is touched, to call a participant in this process that is no solver of ours.
 fn callable(case: &Case, options: &Options) -> Result<(), RunError> {
-    let starts = [
-        (Role::Structure, case.structure.as_ref().map(|s| &s.participant)),
-        (Role::Fluid, case.fluid.as_ref().map(|f| &f.participant)),
-    ];
-    let foreign = starts.into_iter().find(|(_, start)| start.is_some_and(|s| *s != Start::Own));
+    let mut roles = [Role::Structure, Role::Fluid].into_iter();
+    let foreign = roles.find(|role| case.start(*role).is_some_and(|start| *start != Start::Own));
     match foreign {
-        Some((role, _)) if options.in_process => Err(RunError::NotInProcess { role }),
+        Some(role) if options.in_process => Err(RunError::NotInProcess { role }),
         _ => Ok(()),
     }
 }

@@ -5,6 +5,7 @@
 
 mod ledger;
 mod saved;
+mod section;
 mod setup;
 mod snapshot;
 
@@ -16,18 +17,20 @@ use crate::method::Fluid;
 use crate::particles::state::State;
 use crate::probes;
 use interfaces::case::Case;
-use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
+use interfaces::case::resolved::{Probe, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
     Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar,
     ScalarKind, TimeWindow, WindowReport,
 };
 use ledger::Ledger;
+pub use section::SECTIONS;
 use setup::Made;
 use snapshot::Snapshots;
 use sph::Vector;
 use std::path::Path;
 use std::time::Instant;
+use words::probe::ProbeQuantity;
 
 /// The fluid of `case`, writing its snapshots to the folder `out`.
 ///
@@ -382,7 +385,7 @@ mod tests {
     #[test]
     fn a_failed_solve_leaves_its_state_in_the_folder_of_the_run() {
         let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/hydrostatic_tank");
-        let case = Case::load(&case, &[]).expect("the case is sound");
+        let case = Case::load(&case, &[], &[SECTIONS]).expect("the case is sound");
         let out = std::env::temp_dir().join(format!("failed-solve-{}", std::process::id()));
         let mut made = setup::from_case::<2>(&case).expect("the case has a fluid");
         made.options.iteration_limit = 0;

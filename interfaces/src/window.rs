@@ -12,6 +12,16 @@ pub enum SubSteps {
     Stable,
 }
 
+impl SubSteps {
+    /// The number, where the case gives one.
+    pub fn count(self) -> Option<u32> {
+        match self {
+            Self::Fixed(count) => Some(count),
+            Self::Stable => None,
+        }
+    }
+}
+
 /// A span of time to solve. Windows are counted by the coupler, which alone keeps the time; a participant
 /// never adds up its own.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

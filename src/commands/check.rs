@@ -14,11 +14,8 @@ pub fn check(arguments: &CaseArguments) -> ExitCode {
         Err(code) => return code,
     };
     say(format_args!("{}: no mistakes found", case.general.title));
-    let sides = [
-        case.fluid.as_ref().map(|fluid| (Role::Fluid, &fluid.participant)),
-        case.structure.as_ref().map(|structure| (Role::Structure, &structure.participant)),
-    ];
-    for (role, start) in sides.into_iter().flatten() {
+    let roles = [Role::Fluid, Role::Structure];
+    for (role, start) in roles.into_iter().filter_map(|role| Some((role, case.start(role)?))) {
         match preview(&case, role, start) {
             Ok(lines) => {
                 for (what, value) in lines {

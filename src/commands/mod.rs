@@ -10,7 +10,7 @@ pub mod schema;
 pub mod validate;
 
 use crate::arguments::CaseArguments;
-use interfaces::case::Case;
+use interfaces::case::{Case, Sections};
 use interfaces::{Participant, ParticipantError, Role};
 use std::io::Write as _;
 use std::path::Path;
@@ -25,11 +25,14 @@ pub const WRONG: u8 = 2;
 /// Ended by Ctrl-C or SIGTERM, as shells report it.
 pub const INTERRUPTED: u8 = 130;
 
+/// Sections of the case that our own solvers bring.
+pub const SECTIONS: [Sections; 2] = [fluid::participant::SECTIONS, structure::participant::SECTIONS];
+
 /// Reads a case with the overrides of the command line; prints all its mistakes if it has any.
 fn load(arguments: &CaseArguments) -> Result<Case, ExitCode> {
     let mut overrides = arguments.set.clone();
     overrides.extend(arguments.end_time.map(|t| format!("case.end_time={t:?}")));
-    Case::load(&arguments.case, &overrides).map_err(|errors| {
+    Case::load(&arguments.case, &overrides, &SECTIONS).map_err(|errors| {
         eprintln!("{errors}");
         ExitCode::from(WRONG)
     })

@@ -45,7 +45,7 @@ fn serve(
     role: Role,
     build: impl FnOnce(&Case) -> Result<Box<dyn Participant>, String>,
 ) -> ExitCode {
-    let case = match Case::load(case_file, &[]) {
+    let case = match Case::load(case_file, &[], &super::SECTIONS) {
         Ok(case) => case,
         Err(errors) => {
             eprintln!("{errors}");

@@ -24,8 +24,13 @@ pub fn validate(arguments: &Validate) -> ExitCode {
         Err(error) => return failed(error),
     };
     let out = arguments.out.join("validate");
-    let options =
-        validation::Options { out: out.clone(), coarse: arguments.coarse, quiet: arguments.quiet, stop };
+    let options = validation::Options {
+        out: out.clone(),
+        coarse: arguments.coarse,
+        quiet: arguments.quiet,
+        sections: super::SECTIONS.to_vec(),
+        stop,
+    };
     let tell = |line: &str| {
         if !arguments.quiet {
             eprintln!("{line}");

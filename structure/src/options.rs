@@ -1,16 +1,23 @@
-//! Choices of the method.
+//! Choices of the method: `[structure.numerics]`.
+//!
+//! Comments, types, ranges and defaults are those of the case file, its schema and its documentation.
 
-/// Largest fraction of the limit of stability that a sub-step may be: the largest frequency rises with
-/// deformation within a window, and the iteration for it finds it from below.
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Largest fraction of the limit of stability that is allowed: the largest frequency rises with deformation
+/// within a window, and the iteration finds it from below.
 pub const SAFETY: f64 = 0.9;
 
 /// The discrete gradient in the reference configuration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Gradient {
     /// Quadratic gradient and Hessian with a strain-gradient energy: right in bending from three particles
     /// through the thickness on.
     Quadratic,
-    /// The paper's kernel gradient corrected to first order, Eqs. (35), (36), (42).
+    /// First-order-consistent corrected kernel gradient, Eqs. (35), (36) and (42): the paper's, too soft in
+    /// bending.
     FirstOrder,
 }
 
@@ -24,19 +31,25 @@ impl Gradient {
     }
 }
 
-/// Numerics of the structure.
-#[derive(Clone, Debug, PartialEq)]
+/// Numerics of the TLSPH structure. It is integrated by the classical Runge–Kutta method of fourth order, Eqs.
+/// (43)–(45).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Options {
-    /// Discrete gradient.
+    /// Gradient operator.
     pub gradient: Gradient,
-    /// Smoothing length over spacing.
+    /// Smoothing length over particle spacing, h/Δx.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub smoothing_ratio: f64,
-    /// Coefficient `ζ` of the hourglass control of Ganzenmüller 2015; others run 0.01 to 0.1. Zero: none.
+    /// Factor ζ of the hourglass penalty of Ganzenmüller 2015; others run 0.01 to 0.1, 0 leaves it out.
+    #[schemars(extend("minimum" = 0))]
     pub hourglass: f64,
-    /// Viscous damping `c` (1/s): the acceleration `−c u`. Zero: none.
+    /// Mass-proportional damping: the acceleration is lessened by this times the velocity (1/s).
+    #[schemars(extend("minimum" = 0))]
     pub damping: f64,
-    /// Largest sub-step over the limit of stability, in (0, 0.9]. The method loses energy with the fifth power
-    /// of the step.
+    /// Largest sub-step over the limit of stability of the Runge–Kutta method, at most 0.9; less keeps energy
+    /// better, with its fifth power.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = SAFETY))]
     pub step_fraction: f64,
 }
 

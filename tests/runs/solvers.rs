@@ -21,7 +21,7 @@ use std::sync::Arc;
 fn coarse_gate() -> Case {
     let overrides: Vec<String> =
         COARSE.iter().filter(|word| word.contains('=')).map(|&w| w.to_owned()).collect();
-    Case::load(Path::new(COARSE[0]), &overrides).expect("a sound case")
+    Case::load(Path::new(COARSE[0]), &overrides, &crate::case::SECTIONS).expect("a sound case")
 }
 
 fn solver(case: &Case, role: Role, out: &Path) -> Box<dyn Participant> {

@@ -4,7 +4,7 @@ use crate::measure;
 use crate::order::{Convergence, convergence};
 use crate::study::{Measure, Series, Study};
 use coupler::run::{CASE, Solvers};
-use interfaces::case::Case;
+use interfaces::case::{Case, Sections};
 use interfaces::{Participant, ParticipantError, Role};
 use output::summary::Status;
 use output::table::{self, Columns};
@@ -23,6 +23,8 @@ pub struct Options {
     pub coarse: bool,
     /// Whether nothing is drawn on the terminal while a variant runs.
     pub quiet: bool,
+    /// Sections of the case that the solvers bring.
+    pub sections: Vec<Sections>,
     /// Becomes true when the command is told to stop.
     pub stop: Arc<AtomicBool>,
 }
@@ -159,7 +161,7 @@ pub fn run(
                 count += 1;
                 let called = format!("{}-{resolution}", of.series.name);
                 tell(&format!("[{count}/{total}] {} {called}", result.name));
-                let case = case_of(&folder, &result.study, &of.series, resolution)?;
+                let case = case_of(&folder, &result.study, &of.series, resolution, &options.sections)?;
                 let below = Path::new(&result.name).join(called);
                 let (variant, its_windows) = run_variant(&case, resolution, below, options, make)?;
                 tell(&match &variant.failure {
@@ -200,11 +202,18 @@ pub fn fails(results: &[CaseResult]) -> bool {
         .any(|v| !v.found.is_finite() || v.passes() == Some(false))
 }
 
-fn case_of(folder: &Path, study: &Study, series: &Series, resolution: u32) -> Result<Case, Error> {
+fn case_of(
+    folder: &Path,
+    study: &Study,
+    series: &Series,
+    resolution: u32,
+    sections: &[Sections],
+) -> Result<Case, Error> {
     let spacing = study.length / f64::from(resolution);
     let mut overrides = series.set.clone();
     overrides.push(format!("case.particle_spacing={spacing:?}"));
-    Case::load(folder, &overrides).map_err(|errors| Error::Case { series: series.name.clone(), errors })
+    Case::load(folder, &overrides, sections)
+        .map_err(|errors| Error::Case { series: series.name.clone(), errors })
 }
 
 /// Runs one variant into `below` the folder of the validation; gives it with its `windows.csv`.

@@ -1,5 +1,11 @@
-//! What several rooms have to spell alike, once: words that a case and a solver both know, and states as bytes.
+//! What several rooms have to spell alike, once: words that a case and a solver both know, names of balances,
+//! and states as bytes.
 //!
 //! This room knows no other, and any may know it.
 
+pub mod balances;
 pub mod bytes;
+pub mod coupling;
+pub mod geometry;
+pub mod motion;
+pub mod probe;

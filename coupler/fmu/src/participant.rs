@@ -103,11 +103,7 @@ pub fn preview(case: &Case, role: Role) -> Result<Vec<(String, String)>, Error> 
 
 /// The unit that the case has for a side.
 pub fn unit_of(case: &Case, role: Role) -> Option<&Unit> {
-    let start = match role {
-        Role::Fluid => &case.fluid.as_ref()?.participant,
-        Role::Structure => &case.structure.as_ref()?.participant,
-    };
-    match start {
+    match case.start(role)? {
         Start::Fmu(unit) => Some(unit),
         _ => None,
     }

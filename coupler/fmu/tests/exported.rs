@@ -57,7 +57,7 @@ at = [0.15, 0.0]
 fn case(participant: &str, overrides: &[&str]) -> Case {
     let overrides: Vec<String> = overrides.iter().map(|&setting| setting.to_owned()).collect();
     let text = PLATE.replace("#participant", participant);
-    Case::parse(&text, Path::new("/case.toml"), &overrides).unwrap_or_else(|errors| panic!("{errors}"))
+    Case::parse(&text, Path::new("/case.toml"), &overrides, &[]).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 /// The shared library that cargo made for these tests.

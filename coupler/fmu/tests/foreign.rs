@@ -22,7 +22,7 @@ fn case(participant: &str) -> Case {
 
 fn case_of(fluid: &str, structure: &str) -> Case {
     let text = case_text(fluid, structure, 1.0, "");
-    Case::parse(&text, Path::new("/case.toml"), &[]).unwrap_or_else(|errors| panic!("{errors}"))
+    Case::parse(&text, Path::new("/case.toml"), &[], &[]).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 struct Workshop {

@@ -61,12 +61,8 @@ impl Participants {
     /// Makes or starts all participants of the case, and waits until each was heard of. Whatever comes of it,
     /// [`Participants::end`] ends those that were started.
     pub fn start(&mut self, case: &Case, options: &Options, solvers: &Solvers) -> Result<(), RunError> {
-        let starts = [
-            (Role::Structure, case.structure.as_ref().map(|s| &s.participant)),
-            (Role::Fluid, case.fluid.as_ref().map(|f| &f.participant)),
-        ];
-        let mut starts: Vec<_> =
-            starts.into_iter().filter_map(|(role, start)| Some((role, start?))).collect();
+        let roles = [Role::Structure, Role::Fluid].into_iter();
+        let mut starts: Vec<_> = roles.filter_map(|role| Some((role, case.start(role)?))).collect();
         if options.in_process {
             for (role, _) in starts {
                 let made = (solvers.in_process)(role).map_err(|e| failed(role, "while starting", e))?;
@@ -245,9 +241,8 @@ pub fn threads(case: &Case) -> usize {
 /// How long a participant of this case waits for the coupler, which may be waiting for the other one to be
 /// started by hand.
 pub fn participant_deadlines(case: &Case) -> Deadlines {
-    let starts =
-        [case.structure.as_ref().map(|s| &s.participant), case.fluid.as_ref().map(|f| &f.participant)];
-    deadlines(case, starts.contains(&Some(&Start::ByHand)))
+    let by_hand = |role| case.start(role) == Some(&Start::ByHand);
+    deadlines(case, by_hand(Role::Structure) || by_hand(Role::Fluid))
 }
 
 fn deadlines(case: &Case, by_hand: bool) -> Deadlines {

@@ -5,15 +5,7 @@ use crate::error::Error;
 use sph::Vector;
 use sph::lattice::Lattice;
 use sph::neighbours::{CellGrid, NeighbourList};
-
-/// Which side of a polyline is solid, seen along its direction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Side {
-    /// The left one.
-    Left,
-    /// The right one.
-    Right,
-}
+pub use words::geometry::Side;
 
 /// Shape of a wall.
 #[derive(Clone, Debug, PartialEq)]

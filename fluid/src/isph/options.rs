@@ -1,28 +1,39 @@
 //! Choices of the method: the default is the energy-consistent recipe, the paper's steps are options.
+//!
+//! Comments, types, ranges and defaults of the options that are keys of `[fluid.numerics]` are those of the case
+//! file, its schema and its documentation.
 
-/// Which projection moves the fluid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+pub use words::coupling::{LoadForm as Load, StructureVelocity};
+
+/// Which family of steps moves the fluid. It sets what all other keys are when they are left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Scheme {
     /// Gradient as the negative transpose of the divergence, `A = D M⁻¹ Dᵀ + S`: projection cannot add
     /// kinetic energy.
     EnergyConsistent,
-    /// The paper's: compact Laplacian of Eq. (15) without its `B` (symmetric), velocity correction of Eq.
-    /// (18) with `B`.
+    /// The paper's as printed, its slips mended: compact Laplacian of Eq. (15) without its `B` (symmetric),
+    /// velocity correction of Eq. (18) with `B`.
     Paper,
 }
 
 /// Discrete Laplacian of the velocity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum ViscousOperator {
     /// Morris, Fox and Zhu 1997: symmetric, so it conserves momentum and only dissipates.
     Morris,
     /// The paper's Eqs. (4), (6), (7), (13): Fatehi and Manzari 2012, exact for quadratic fields, neither
     /// symmetric nor surely dissipative.
+    #[serde(rename = "corrected")]
     FatehiManzari,
 }
 
 /// Where particles are shifted to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum ShiftingLaw {
     /// Down the concentration gradient (Lind et al. 2012).
     Concentration,
@@ -33,7 +44,8 @@ pub enum ShiftingLaw {
 }
 
 /// Where fluid that would be pulled, its pressure below that of the surface, is torn instead.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Tearing {
     /// Nowhere: it bears any tension.
     Off,
@@ -43,38 +55,9 @@ pub enum Tearing {
     Everywhere,
 }
 
-/// Load on the structure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Load {
-    /// Transpose of the divergence through which the structure's velocity enters: equal and opposite by
-    /// construction.
-    Transpose,
-    /// The paper's Eq. (48): pressure gradient over fluid and structure, `p = 0` on dry structure particles.
-    PressureGradient,
-}
-
-/// Which velocity of the structure the fluid meets over a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StructureVelocity {
-    /// Its mean over the step, the displacement over Δt: a force held over the step changes it by half of
-    /// `Δt F/m`.
-    Mean,
-    /// That at the step's end, which the force changes by `Δt F/m`.
-    End,
-}
-
-impl StructureVelocity {
-    /// Share of `Δt F/m` by which a force held over a step changes this velocity of a free particle.
-    pub fn compliance(self) -> f64 {
-        match self {
-            Self::Mean => 0.5,
-            Self::End => 1.0,
-        }
-    }
-}
-
 /// How the conjugate gradients are preconditioned.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Preconditioner {
     /// The operator's diagonal.
     Jacobi,
@@ -82,82 +65,109 @@ pub enum Preconditioner {
     Multigrid,
 }
 
-/// All choices of the method. Lengths and velocities are in units of the spacing or derived from the case, so
-/// that one set serves all resolutions.
-#[derive(Clone, Debug, PartialEq)]
+/// All choices of the method: `[fluid.numerics]`, and what other keys of the case say. Lengths and velocities
+/// are in units of the spacing or derived from the case, so that one set serves all resolutions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
 pub struct Options {
-    /// Projection.
+    /// Family of steps. What the other keys are when they are left out follows from it.
     pub scheme: Scheme,
-    /// `h/Δx` (the paper's 1.2).
+    /// Smoothing length over particle spacing, h/Δx.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub smoothing_ratio: f64,
-    /// `∇·r/D` up to which a particle is on the surface (α = 0) and from which on it is inside (α = 1), Eq.
-    /// (17). The paper has 0.7 and 0.8.
-    pub surface_thresholds: (f64, f64),
-    /// How far `∇·r/D` of a particle that was not on the surface has to fall below the first threshold until
-    /// it is ([`surface`](crate::isph::surface::detection)).
-    pub surface_hysteresis: f64,
-    /// Share of the compact Laplacian added to `D M⁻¹ Dᵀ` (it is blind to checkerboards).
-    pub laplacian_share: f64,
-    /// Compressibility κ of the fluid in units of `1/(ρΔx²)`: keeps the operator regular.
-    pub regularisation: f64,
-    /// The same for pockets of fluid without a particle of known pressure.
-    pub pocket_regularisation: f64,
-    /// Preconditioner of the pressure solves.
-    pub preconditioner: Preconditioner,
-    /// Relative residual of the pressure solve: by the default 1e-3 it leaves a three-hundredth of the
-    /// density error that the position projection keeps (`docs/fluid.md`).
+    /// Time step is at most this times h/u_max (the paper's Eq. (49) has 0.1).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub courant: f64,
+    /// A time step is at most this times the one before.
+    #[serde(rename = "time_step_growth")]
+    #[schemars(extend("exclusiveMinimum" = 1))]
+    pub growth: f64,
+    /// Form of the viscous term.
+    #[serde(rename = "viscosity_operator")]
+    pub viscous_operator: ViscousOperator,
+    /// Kinematic viscosity added between approaching particles, as a factor of h times the characteristic
+    /// speed. It dissipates.
+    #[serde(rename = "artificial_viscosity")]
+    #[schemars(extend("minimum" = 0))]
+    pub approach_viscosity: f64,
+    /// Smagorinsky constant of the sub-particle-scale (large-eddy) viscosity, Eq. (10); 0 leaves it out.
+    #[schemars(extend("minimum" = 0))]
+    pub smagorinsky: f64,
+    /// Residual of the pressure Poisson equation over its right-hand side, below which its iteration ends; with an
+    /// implicit coupling scheme a tenth of `coupling.convergence.relative` saves iterations of that.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub pressure_tolerance: f64,
-    /// Relative residual of the position projection.
-    pub position_tolerance: f64,
-    /// Iterations after which a solve has failed.
+    /// Iterations of the pressure Poisson equation at most; more are an error.
+    #[serde(rename = "pressure_iterations_limit")]
+    #[schemars(extend("minimum" = 1))]
     pub iteration_limit: usize,
-    /// Whether the density error is taken back by a projection of positions.
+    /// Share of the compact Laplacian that is added to the exact projection operator `D M⁻¹ Dᵀ`, which is blind
+    /// to checkerboards.
+    #[serde(rename = "pressure_stabilization")]
+    #[schemars(extend("minimum" = 0))]
+    pub laplacian_share: f64,
+    /// Preconditioner of the pressure Poisson equation.
+    pub preconditioner: Preconditioner,
+    /// Whether positions are projected to remove the error of the number density (velocities are left alone).
     pub position_projection: bool,
-    /// Blend of the corrected gradient of Eq. (18) into the symmetric one, as far as energy allows
+    /// Residual of the position projection over its right-hand side, below which its iteration ends.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub position_tolerance: f64,
+    /// Whether the corrected gradient of Eq. (18) is blended into the symmetric one, as far as energy allows
     /// (energy-consistent scheme only).
     pub corrected_gradient: bool,
-    /// Pressure of the layer outside particles on and near the surface
-    /// ([`surface_offset`](crate::isph::surface::surface_offset)).
+    /// Divergence of position over the dimension, between which a particle passes from surface (lower) to
+    /// interior (upper), Eq. (17).
+    #[schemars(with = "[f64; 2]")]
+    pub surface_thresholds: (f64, f64),
+    /// How far below the lower threshold a particle has to fall that was not on the surface until it is.
+    #[schemars(extend("minimum" = 0))]
+    pub surface_hysteresis: f64,
+    /// Whether the pressure of surface particles carries half a spacing of the pressure gradient.
     pub surface_offset: bool,
-    /// Where fluid that would be pulled is torn ([`tearing`](crate::isph::surface::tearing)).
+    /// Where fluid that would be pulled, its pressure below that of the surface, is torn open instead.
     pub tearing: Tearing,
-    /// Shifting law.
+    /// Law of particle shifting.
     pub shifting: ShiftingLaw,
-    /// Shifting coefficient: times `2h u Δt` of [`ShiftingLaw::Concentration`], the paper's `C` of
-    /// [`ShiftingLaw::Paper`].
+    /// Factor of the shifting vector: times `2h u Δt` of the law `"concentration"`, the paper's `C` of its own.
+    #[schemars(extend("minimum" = 0))]
     pub shifting_coefficient: f64,
-    /// Largest shift in units of `h`.
+    /// Shifting displacement at most, as a factor of h.
+    #[schemars(extend("minimum" = 0))]
     pub shifting_limit: f64,
-    /// Relocation next to the structure, Eqs. (27)–(30).
+    /// Whether shifting beside a structure follows Eqs. (27)–(30).
     pub interface_shifting: bool,
-    /// Taylor correction of velocity and pressure after shifting, Eqs. (20), (31), (32).
+    /// Whether velocity and pressure are corrected by a Taylor expansion after shifting, Eqs. (20), (31) and (32).
+    /// It adds energy at ragged surfaces.
     pub taylor_correction: bool,
-    /// Viscous operator.
-    pub viscous_operator: ViscousOperator,
-    /// Smagorinsky constant of the sub-particle-scale viscosity, Eq. (10); zero switches it off. The paper
-    /// has 0.1.
-    pub smagorinsky: f64,
-    /// Added viscosity between approaching particles in units of `h` times the reference velocity.
-    pub approach_viscosity: f64,
+    /// Distance from a wall or structure below which no particle may come, as a factor of Δx.
+    #[schemars(extend("minimum" = 0))]
+    pub contact_distance: f64,
+    /// Compressibility κ of the fluid in units of `1/(ρΔx²)`: keeps the operator regular.
+    #[serde(skip)]
+    pub regularisation: f64,
+    /// The same for pockets of fluid without a particle of known pressure.
+    #[serde(skip)]
+    pub pocket_regularisation: f64,
     /// Whether walls hold the fluid's tangential velocity back.
+    #[serde(skip)]
     pub no_slip_walls: bool,
     /// Whether the structure holds the fluid's tangential velocity back.
+    #[serde(skip)]
     pub no_slip_structure: bool,
-    /// Distance from a wall's or the structure's surface in units of `Δx` below which no particle may come.
-    pub contact_distance: f64,
-    /// `Δt ≤ courant · h/u_max` (the paper's Eq. (49) has 0.1).
-    pub courant: f64,
-    /// `Δt` grows at most by this factor a step.
-    pub growth: f64,
     /// Velocity (m/s) that stands for the flow's scale while it is slow; `√(gH)` of the initial fluid when
     /// none is given.
+    #[serde(skip)]
     pub reference_velocity: Option<f64>,
     /// Whether the structure's own compliance enters the pressure operator; without it the structure is a
     /// moving wall.
+    #[serde(skip)]
     pub compliance: bool,
     /// Which velocity of the structure the interface brings.
+    #[serde(skip)]
     pub structure_velocity: StructureVelocity,
     /// Load on the structure.
+    #[serde(skip)]
     pub load: Load,
 }
 
@@ -172,6 +182,7 @@ impl Default for Options {
             regularisation: 1e-6,
             pocket_regularisation: 1e-2,
             preconditioner: Preconditioner::Multigrid,
+            // Measured in docs/pressure-tolerance.md.
             pressure_tolerance: 1e-3,
             position_tolerance: 5e-2,
             iteration_limit: 1000,

@@ -1,16 +1,12 @@
 //! From the case to particles, walls and options.
 
-use super::failed;
-use crate::{
-    FluidProperties, Law, Load, Motion, Options, Preconditioner, ShiftingLaw, Side, State, StructureVelocity,
-    Tearing, ViscousOperator, WallPart, WallShape, Walls,
-};
+use super::{failed, section};
+use crate::{FluidProperties, Motion, Options, State, WallPart, WallShape, Walls};
 use interfaces::ParticipantError;
-use interfaces::case::coupling::{LoadForm, StructureVelocity as Velocity};
-use interfaces::case::numerics::{self, FluidNumerics, FluidScheme, Shifting, ViscosityOperator};
 use interfaces::case::region::{FluidVelocity, Region, RegionShape};
-use interfaces::case::resolved::{self, MotionLaw, MotionPath, Slip};
-use interfaces::case::{AxisBox, Case, geometry};
+use interfaces::case::resolved::{self, MotionPath};
+use interfaces::case::typed::Slip;
+use interfaces::case::{AxisBox, Case};
 use sph::Vector;
 use sph::lattice::{Lattice, jittered};
 
@@ -52,7 +48,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
         domain: corners(&fluid.domain),
         periodic: std::array::from_fn(|i| fluid.periodic.iter().any(|axis| axis.index() == i)),
     };
-    let options = options(case, fluid);
+    let options = options(case, fluid)?;
     let parts = fluid.walls.iter().map(wall_part).collect();
     let support = 2.0 * options.smoothing_ratio * spacing;
     let walls = Walls::new(parts, spacing, support).map_err(failed)?;
@@ -102,10 +98,7 @@ fn wall_part<const D: usize>(wall: &resolved::Wall) -> WallPart<D> {
         }
         resolved::WallShape::Polyline { points, solid_side } => WallShape::Polyline {
             points: points.iter().map(|p| Vector::from_column_slice(p)).collect(),
-            solid: match solid_side {
-                geometry::Side::Left => Side::Left,
-                geometry::Side::Right => Side::Right,
-            },
+            solid: *solid_side,
         },
     };
     let velocity = Vector::from_column_slice(&wall.velocity);
@@ -113,12 +106,7 @@ fn wall_part<const D: usize>(wall: &resolved::Wall) -> WallPart<D> {
 }
 
 fn motion<const D: usize>(from: &resolved::WallMotion) -> Motion<D> {
-    let law = match &from.law {
-        MotionLaw::Table { table } => Law::Table(table.clone()),
-        MotionLaw::Sine { amplitude, period, phase } => {
-            Law::Sine { amplitude: *amplitude, period: *period, phase: *phase }
-        }
-    };
+    let law = from.law.clone();
     match &from.path {
         MotionPath::Along { direction } => {
             let direction: Vector<D> = Vector::from_column_slice(direction);
@@ -129,80 +117,16 @@ fn motion<const D: usize>(from: &resolved::WallMotion) -> Motion<D> {
 }
 
 /// The options that the case describes: its numerics, and what the coupling asks of the fluid.
-fn options(case: &Case, fluid: &resolved::Fluid) -> Options {
-    let of_numerics = numerics(&fluid.numerics);
+fn options(case: &Case, fluid: &resolved::Fluid) -> Result<Options, ParticipantError> {
+    let of_numerics = section::options(&fluid.numerics).map_err(failed)?;
     let no_slip_walls = fluid.walls.iter().any(|w| w.slip == Slip::NoSlip);
     let of_fluid =
         Options { no_slip_walls, reference_velocity: Some(fluid.characteristic_speed), ..of_numerics };
-    let Some(coupling) = &case.coupling else { return of_fluid };
-    Options {
+    let Some(coupling) = &case.coupling else { return Ok(of_fluid) };
+    Ok(Options {
         compliance: coupling.compliance,
-        structure_velocity: match coupling.structure_velocity {
-            Velocity::End => StructureVelocity::End,
-            Velocity::Mean => StructureVelocity::Mean,
-        },
-        load: match coupling.load {
-            LoadForm::Transpose => Load::Transpose,
-            LoadForm::PressureGradient => Load::PressureGradient,
-        },
+        structure_velocity: coupling.structure_velocity,
+        load: coupling.load,
         ..of_fluid
-    }
-}
-
-fn numerics(from: &FluidNumerics) -> Options {
-    let base = match from.scheme {
-        FluidScheme::EnergyConsistent => Options::default(),
-        FluidScheme::Paper => Options::paper(),
-    };
-    Options {
-        smoothing_ratio: from.smoothing_ratio,
-        courant: from.courant,
-        growth: from.time_step_growth,
-        viscous_operator: match from.viscosity_operator {
-            ViscosityOperator::Morris => ViscousOperator::Morris,
-            ViscosityOperator::Corrected => ViscousOperator::FatehiManzari,
-        },
-        approach_viscosity: from.artificial_viscosity,
-        smagorinsky: from.smagorinsky,
-        pressure_tolerance: from.pressure_tolerance,
-        iteration_limit: from.pressure_iterations_limit as usize,
-        laplacian_share: from.pressure_stabilization,
-        preconditioner: match from.preconditioner {
-            numerics::Preconditioner::Multigrid => Preconditioner::Multigrid,
-            numerics::Preconditioner::Jacobi => Preconditioner::Jacobi,
-        },
-        position_projection: from.position_projection,
-        position_tolerance: from.position_tolerance,
-        corrected_gradient: from.corrected_gradient,
-        surface_thresholds: (from.surface_thresholds[0], from.surface_thresholds[1]),
-        surface_offset: from.surface_offset,
-        tearing: match from.tearing {
-            numerics::Tearing::Off => Tearing::Off,
-            numerics::Tearing::AtSurface => Tearing::AtSurface,
-            numerics::Tearing::Everywhere => Tearing::Everywhere,
-        },
-        shifting: match from.shifting {
-            Shifting::Concentration => ShiftingLaw::Concentration,
-            Shifting::Paper => ShiftingLaw::Paper,
-            Shifting::Off => ShiftingLaw::Off,
-        },
-        shifting_coefficient: from.shifting_coefficient,
-        shifting_limit: from.shifting_limit,
-        interface_shifting: from.interface_shifting,
-        taylor_correction: from.taylor_correction,
-        contact_distance: from.contact_distance,
-        ..base
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The case's defaults and the solver's stand in two places; they are the same.
-    #[test]
-    fn what_a_case_leaves_out_is_what_the_solver_takes_by_itself() {
-        assert_eq!(numerics(&FluidNumerics::of(FluidScheme::EnergyConsistent)), Options::default());
-        assert_eq!(numerics(&FluidNumerics::of(FluidScheme::Paper)), Options::paper());
-    }
+    })
 }

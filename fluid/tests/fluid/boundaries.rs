@@ -78,7 +78,7 @@ fn gate_tank(dx: f64, law: Law) -> Run<2> {
 #[test]
 fn a_gate_that_lifts_lets_the_water_out_beneath_it() {
     let dx = 0.01;
-    let law = Law::Table(vec![[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [0.3, 0.3]]);
+    let law = Law::Table { table: vec![[0.0, 0.0], [0.1, 0.0], [0.2, 0.1], [0.3, 0.3]] };
     let mut run = gate_tank(dx, law.clone());
     let mut excess: f64 = 0.0;
     run.to(0.35, |time, state, report| {
@@ -101,7 +101,7 @@ fn a_gate_that_lifts_lets_the_water_out_beneath_it() {
 
 #[test]
 fn a_step_with_a_wall_that_moves_repeats_to_the_bit() {
-    let law = Law::Table(vec![[0.0, 0.0], [0.1, 0.1]]);
+    let law = Law::Table { table: vec![[0.0, 0.0], [0.1, 0.1]] };
     let (mut run, mut again) = (gate_tank(0.01, law.clone()), gate_tank(0.01, law));
     run.to(0.05, |_, _, _| ());
     let (mut first, mut second) = (State::default(), State::default());
@@ -120,7 +120,7 @@ fn a_step_with_a_wall_that_moves_repeats_to_the_bit() {
 fn a_step_is_short_enough_for_walls_that_move() {
     let dx = 0.01;
     let speed = 20.0;
-    let law = Law::Table(vec![[0.0, 0.0], [0.1, 0.0], [0.11, 0.1], [0.12, 0.3], [0.13, 0.5]]);
+    let law = Law::Table { table: vec![[0.0, 0.0], [0.1, 0.0], [0.11, 0.1], [0.12, 0.3], [0.13, 0.5]] };
     let run = gate_tank(dx, law.clone());
     let options = run.fluid.options();
     let farthest = options.courant * options.smoothing_ratio * dx;

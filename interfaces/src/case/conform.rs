@@ -41,6 +41,9 @@ impl<'s> Walk<'s> {
 
     /// Each of these says whether the value can be read as typed afterwards.
     fn table(&mut self, table: &mut Table, node: Node<'s>, key: &str) -> bool {
+        if node.is_open() {
+            return true;
+        }
         let mut usable = true;
         for unknown in table.keys().filter(|k| node.property(k).is_none()).cloned().collect::<Vec<_>>() {
             let value = table.remove(&unknown).expect("it was just listed");
@@ -152,16 +155,7 @@ impl<'s> Walk<'s> {
             && most.is_none_or(|bound| number <= bound)
             && under.is_none_or(|bound| number < bound);
         if !inside {
-            let bounds: Vec<_> = [
-                over.map(|bound| format!("over {bound}")),
-                least.map(|bound| format!("at least {bound}")),
-                under.map(|bound| format!("under {bound}")),
-                most.map(|bound| format!("at most {bound}")),
-            ]
-            .into_iter()
-            .flatten()
-            .collect();
-            let bounds = if number.is_finite() { bounds.join(" and ") } else { "finite".to_owned() };
+            let bounds = node.range().filter(|_| number.is_finite()).unwrap_or_else(|| "finite".to_owned());
             self.report(key, format!("must be {bounds}"), meaning(node));
         }
         inside

@@ -1,105 +1,119 @@
-//! `[coupling]`: as written, where every key may be left out, and as resolved.
+//! `[coupling]`: its keys, and what they are where the case leaves them out.
 
-use super::resolved::General;
-use crate::SubSteps;
+use super::section::{laid_over, schema_of, to_table, with_defaults};
+use crate::window::SubSteps;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-
-/// Sub-steps of a window where the case does not say: the paper's choice.
-const SUB_STEPS: u32 = 100;
-/// Longest wait for a participant where the case does not say (s).
-const DEADLINE: f64 = 60.0;
-/// Relaxation of an implicit scheme where the case does not say: iterations against a moving wall contract by
-/// `1 − r (1 + μ)`, up to an added-mass ratio `μ` of 19.
-const IMPLICIT_RELAXATION: f64 = 0.1;
+use serde_json::Value as Json;
+use toml::Table;
+pub use words::coupling::{LoadForm, StructureVelocity};
 
 /// The coupling of fluid and structure.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct CouplingKeys {
-    /// Order of the solutions of a window; serial-explicit if left out.
-    pub scheme: Option<CouplingScheme>,
-    /// Largest window (s); the output interval if left out.
+pub struct Coupling {
+    /// Order of the solutions of a window.
+    pub scheme: CouplingScheme,
+    /// Largest time window (s); `case.output_interval` if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub max_window: Option<f64>,
-    /// Sub-steps of the structure in a window; 100 if left out.
-    pub sub_steps: Option<SubStepsKey>,
-    /// Form of the load; transpose if left out.
-    pub load: Option<LoadForm>,
-    /// Whether a serial explicit window begins with a prediction of the structure; yes if left out.
+    pub max_window: f64,
+    /// Sub-steps of the structure in a window, or `"stable"`: as many as its stability asks, which is found anew
+    /// as it is strained.
+    #[serde(with = "sub_steps")]
+    #[schemars(with = "SubStepsKey")]
+    pub sub_steps: SubSteps,
+    /// Form of the load.
+    pub load: LoadForm,
+    /// Whether a serial explicit window begins with a prediction of the structure. Without one each side solves
+    /// once, under the last window's load: a third less to do, for light fluids only. Yes if left out, only with
+    /// that scheme.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub prediction: Option<bool>,
-    /// Load that the structure's sub-steps see within a window; held if left out.
-    pub load_in_window: Option<LoadInWindow>,
+    /// Load that the structure's sub-steps see within a window; with an implicit scheme its end is the iterate
+    /// (waveform). For structures that take `start_pressure_gradient` or `start_force`; ours does.
+    pub load_in_window: LoadInWindow,
     /// Relaxation, over 0 and at most 1: of the load, 1 with the mean velocity and 0.5 with that at the end
     /// if left out; of an implicit scheme's first iterations, 0.1.
     #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
-    pub relaxation: Option<f64>,
-    /// Velocity of the structure over a window that the fluid meets; mean if left out, end where the load is
-    /// linear.
-    pub structure_velocity: Option<StructureVelocity>,
-    /// Whether the pressure equation carries the structure's compliance; yes if left out.
-    pub compliance: Option<bool>,
-    /// Whether condition (46), continuity of the normal stress, is enforced; yes if left out.
-    pub enforce_condition_46: Option<bool>,
-    /// Longest wait for an answer of a participant (s); 60 if left out.
+    pub relaxation: f64,
+    /// Velocity of the structure over a window that the fluid meets (`docs/decisions/0003-mean-velocity.md`,
+    /// `0009-load-in-window.md`); mean if left out, end where the load is linear.
+    pub structure_velocity: StructureVelocity,
+    /// Whether the pressure equation carries the structure's compliance (its 1/ρ).
+    pub compliance: bool,
+    /// Whether condition (46), continuity of the normal stress, is enforced; it is measured and recorded in any
+    /// case.
+    pub enforce_condition_46: bool,
+    /// Longest wait for an answer of a participant (s).
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub deadline: Option<f64>,
-    /// Whether the processes of a serial scheme may be put on one core where windows are so short that waking
-    /// takes most of their time; yes if left out.
-    pub share_core: Option<bool>,
-    /// From iterate to iterate of an implicit scheme.
-    pub acceleration: Option<AccelerationKeys>,
-    /// When the iterations of an implicit scheme end.
-    pub convergence: Option<ConvergenceKeys>,
+    pub deadline: f64,
+    /// Whether the coupler may put the processes of a serial scheme on one core where windows take less than two
+    /// milliseconds, much of which is waking: it tries, and keeps what is faster (`docs/exchange.md`). No in
+    /// parallel order. Say `false` where you place processes yourself.
+    pub share_core: bool,
     /// Order of the extrapolation from the last windows to the first iterate of an implicit scheme; 1 if left
     /// out.
     #[schemars(extend("enum" = [0, 1, 2]))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub extrapolation: Option<u32>,
+    /// From iterate to iterate of an implicit scheme.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub acceleration: Option<Acceleration>,
+    /// When the iterations of an implicit scheme end.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub convergence: Option<Convergence>,
     /// For a structure whose points are not those of the fluid; none if left out.
-    pub mapping: Option<MappingKeys>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mapping: Option<Mapping>,
     /// For a fluid whose points are not the structure's particles; none if left out.
-    pub fluid_mapping: Option<FluidMappingKeys>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fluid_mapping: Option<FluidMapping>,
     /// Steady state at which the run ends; none if left out.
-    pub steady_state: Option<SteadyStateKeys>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steady_state: Option<SteadyState>,
 }
 
 /// Between a structure's own points and points that fill its bodies: motion goes to the fluid by the weights,
 /// forces come back by their transpose.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct MappingKeys {
-    /// Method; nearest-projection if left out.
-    pub method: Option<MappingMethod>,
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Mapping {
+    /// Method.
+    pub method: MappingMethod,
     /// Spacing of the points that fill the bodies (m); that of the structure if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub spacing: Option<f64>,
-    /// Farthest that a point may be from the structure's points (m); two spacings if left out.
+    pub spacing: f64,
+    /// Farthest that a point may be from the structure's points, by nearest projection outside its boundary (m);
+    /// two spacings if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub reach: Option<f64>,
-    /// Whether the weights are made anew every window, from where the points have gone; no if left out.
-    pub rebuild: Option<bool>,
+    pub reach: f64,
+    /// Whether the weights are made anew after every window, from where the points have gone; a structure whose
+    /// points stay with its material needs none of it.
+    pub rebuild: bool,
 }
 
-/// Between the structure's particles and a fluid's own points: motion goes to these by the weights, forces
-/// come back by their transpose.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct FluidMappingKeys {
-    /// Method; radial-basis if left out.
-    pub method: Option<FluidMappingMethod>,
+/// Between the structure's particles and a fluid's own points: motion goes to these by the weights, forces come
+/// back by their transpose.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FluidMapping {
+    /// Method.
+    pub method: FluidMappingMethod,
     /// Farthest that a point may be from the structure's particles (m); two of their spacings if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub reach: Option<f64>,
-    /// Whether the weights are made anew every window, from where the points have gone; no if left out.
-    pub rebuild: Option<bool>,
+    pub reach: f64,
+    /// Whether the weights are made anew for every window, from where the points are at its start; points that
+    /// stay with the structure's surface need none of it.
+    pub rebuild: bool,
 }
 
 /// When nothing changes any more. Changes are measured against the greatest departure from the start so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SteadyStateKeys {
-    /// What has to be steady; position and load if left out.
-    pub quantities: Option<Vec<SteadyQuantity>>,
+pub struct SteadyState {
+    /// What has to be steady, all of it.
+    #[serde(default = "steady_quantities")]
+    pub quantities: Vec<SteadyQuantity>,
     /// Largest relative change per time (1/s).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub rate: f64,
@@ -108,43 +122,158 @@ pub struct SteadyStateKeys {
     pub duration: f64,
 }
 
+fn steady_quantities() -> Vec<SteadyQuantity> {
+    vec![SteadyQuantity::Position, SteadyQuantity::Load]
+}
+
 /// How an implicit scheme goes from iterate to iterate.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct AccelerationKeys {
-    /// Method; iqn-ils if left out.
-    pub method: Option<AccelerationMethod>,
-    /// Earlier windows from which the quasi-Newton methods learn; 8 if left out.
-    pub reused_windows: Option<u32>,
-    /// Least share of a difference that must be new to the quasi-Newton methods; 1e-3 if left out.
+pub struct Acceleration {
+    /// Method.
+    pub method: AccelerationMethod,
+    /// Earlier windows from which the quasi-Newton methods learn.
+    pub reused_windows: u32,
+    /// Least share of a difference that must be new to the quasi-Newton methods.
     #[schemars(extend("minimum" = 1e-6, "exclusiveMaximum" = 1))]
-    pub filter: Option<f64>,
-    /// Most differences that the quasi-Newton methods keep; 100 if left out.
+    pub filter: f64,
+    /// Most differences that the quasi-Newton methods keep.
     #[schemars(extend("minimum" = 1))]
-    pub max_columns: Option<u32>,
+    pub max_columns: u32,
+}
+
+impl Default for Acceleration {
+    fn default() -> Self {
+        Self { method: AccelerationMethod::IqnIls, reused_windows: 8, filter: 1e-3, max_columns: 100 }
+    }
 }
 
 /// When the iterations of an implicit scheme end. Norms of the residual of the load and, where it is an
 /// unknown, of the velocity.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
-pub struct ConvergenceKeys {
+pub struct Convergence {
     /// Limit on the residual of the load (Pa/m); none if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub absolute: Option<f64>,
     /// Limit on the residual over the values; 1e-3 if no limit is given.
     #[schemars(extend("exclusiveMinimum" = 0))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
     /// Limit on the residual over that of the window's first iteration; none if left out.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_relative: Option<f64>,
-    /// Whether any of the limits is enough, or all must be kept; any if left out.
-    pub combine: Option<Combine>,
-    /// Most iterations of a window; 30 if left out.
+    /// How several limits go together.
+    pub combine: Combine,
+    /// Most iterations of a window.
     #[schemars(extend("minimum" = 1))]
-    pub max_iterations: Option<u32>,
-    /// What becomes of a window that does not converge; continue if left out.
-    pub at_limit: Option<AtLimit>,
+    pub max_iterations: u32,
+    /// What becomes of a window that does not converge.
+    pub at_limit: AtLimit,
+}
+
+impl Default for Convergence {
+    fn default() -> Self {
+        Self {
+            absolute: None,
+            relative: None,
+            residual_relative: None,
+            combine: Combine::Any,
+            max_iterations: 30,
+            at_limit: AtLimit::Continue,
+        }
+    }
+}
+
+/// The section with what it leaves out filled in; it was held against [`schema`].
+pub(super) fn resolve(written: &Table, output_interval: f64, structure_spacing: f64) -> Coupling {
+    fn at<'de, T: Deserialize<'de>>(table: &Table, key: &str) -> Option<T> {
+        table.get(key).and_then(|value| T::deserialize(value.clone()).ok())
+    }
+    let load_in_window = at(written, "load_in_window").unwrap_or(LoadInWindow::Held);
+    let structure_velocity = at(written, "structure_velocity");
+    let scheme = at(written, "scheme").unwrap_or(CouplingScheme::SerialExplicit);
+    let mapping = written
+        .get("mapping")
+        .and_then(toml::Value::as_table)
+        .map(|mapping| Mapping::within(at(mapping, "spacing").unwrap_or(structure_spacing)));
+    let fluid_mapping =
+        written.contains_key("fluid_mapping").then(|| FluidMapping::within(structure_spacing));
+    let mut defaults = defaults(scheme, load_in_window, structure_velocity);
+    (defaults.max_window, defaults.mapping, defaults.fluid_mapping) =
+        (output_interval, mapping, fluid_mapping);
+    let mut coupling: Coupling = laid_over(&to_table(&defaults), written)
+        .expect("a checked case has only keys and values of the schema");
+    if let Some(Convergence { absolute: None, relative: relative @ None, residual_relative: None, .. }) =
+        &mut coupling.convergence
+    {
+        *relative = Some(1e-3);
+    }
+    coupling
+}
+
+/// What the keys are that need no more of the case; the others are NaN or none.
+fn defaults(
+    scheme: CouplingScheme,
+    load_in_window: LoadInWindow,
+    structure_velocity: Option<StructureVelocity>,
+) -> Coupling {
+    let structure_velocity = structure_velocity.unwrap_or(load_in_window.structure_velocity());
+    let implicit = scheme.is_implicit();
+    Coupling {
+        scheme,
+        max_window: f64::NAN,
+        // The paper's choice.
+        sub_steps: SubSteps::Fixed(100),
+        load: LoadForm::Transpose,
+        prediction: (scheme == CouplingScheme::SerialExplicit).then_some(true),
+        load_in_window,
+        relaxation: match structure_velocity {
+            // Iterations against a moving wall contract by `1 − r (1 + μ)`, up to an added-mass ratio `μ` of 19.
+            _ if implicit => 0.1,
+            // Stable without relaxation.
+            StructureVelocity::Mean => 1.0,
+            StructureVelocity::End => 0.5,
+        },
+        structure_velocity,
+        compliance: true,
+        enforce_condition_46: true,
+        deadline: 60.0,
+        share_core: !scheme.is_parallel(),
+        extrapolation: implicit.then_some(1),
+        acceleration: implicit.then(Acceleration::default),
+        convergence: implicit.then(Convergence::default),
+        mapping: None,
+        fluid_mapping: None,
+        steady_state: None,
+    }
+}
+
+impl Mapping {
+    fn within(spacing: f64) -> Self {
+        Self { method: MappingMethod::NearestProjection, spacing, reach: 2.0 * spacing, rebuild: false }
+    }
+}
+
+impl FluidMapping {
+    fn within(spacing: f64) -> Self {
+        Self { method: FluidMappingMethod::RadialBasis, reach: 2.0 * spacing, rebuild: false }
+    }
+}
+
+/// The JSON schema of the section.
+pub(super) fn schema() -> Json {
+    let mut plain = to_table(&defaults(CouplingScheme::SerialExplicit, LoadInWindow::Held, None));
+    // Their documentation says what they are; it takes more than one value.
+    for key in ["relaxation", "structure_velocity"] {
+        plain.insert(key.to_owned(), f64::NAN.into());
+    }
+    let mut schema = schema_of::<Coupling>(&plain);
+    with_defaults(&mut schema["$defs"]["Mapping"], &to_table(&Mapping::within(f64::NAN)));
+    with_defaults(&mut schema["$defs"]["FluidMapping"], &to_table(&FluidMapping::within(f64::NAN)));
+    schema
 }
 
 /// A number of sub-steps, or `"stable"`.
@@ -163,57 +292,6 @@ pub enum SubStepsKey {
 pub enum SubStepsWord {
     /// As many as the structure's stability asks.
     Stable,
-}
-
-/// `[coupling]`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Coupling {
-    /// Order of the solutions of a window.
-    pub scheme: CouplingScheme,
-    /// Largest window (s).
-    pub max_window: f64,
-    /// Sub-steps of the structure in a window.
-    #[serde(with = "sub_steps")]
-    pub sub_steps: SubSteps,
-    /// Form of the load.
-    pub load: LoadForm,
-    /// Whether a serial explicit window begins with a prediction of the structure; only with that scheme.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub prediction: Option<bool>,
-    /// Load that the structure's sub-steps see within a window.
-    pub load_in_window: LoadInWindow,
-    /// Relaxation r in `r·new + (1 − r)·old`, over 0 and at most 1: of the load with an explicit scheme, of
-    /// iterations that have no better with an implicit one.
-    pub relaxation: f64,
-    /// Which velocity of the structure over a window the fluid meets.
-    pub structure_velocity: StructureVelocity,
-    /// Whether the pressure equation carries the structure's compliance (its 1/ρ).
-    pub compliance: bool,
-    /// Whether condition (46), continuity of the normal stress, is enforced; it is measured and recorded in
-    /// any case.
-    pub enforce_condition_46: bool,
-    /// Longest wait for an answer of a participant (s).
-    pub deadline: f64,
-    /// Whether the processes may be put on one core where windows are short; never in parallel order.
-    pub share_core: bool,
-    /// Order of the extrapolation to the first iterate; only with an implicit scheme.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub extrapolation: Option<u32>,
-    /// From iterate to iterate; only with an implicit scheme.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub acceleration: Option<Acceleration>,
-    /// When iterations end; only with an implicit scheme.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub convergence: Option<Convergence>,
-    /// For a structure whose points are not those of the fluid.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub mapping: Option<Mapping>,
-    /// For a fluid whose points are not the structure's particles.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub fluid_mapping: Option<FluidMapping>,
-    /// Steady state at which the run ends.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub steady_state: Option<SteadyState>,
 }
 
 /// Load that the structure's sub-steps see within a window.
@@ -235,30 +313,6 @@ impl LoadInWindow {
             Self::Linear => StructureVelocity::End,
         }
     }
-}
-
-/// Between a structure's own points and points that fill its bodies.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Mapping {
-    /// Method.
-    pub method: MappingMethod,
-    /// Spacing of the points that fill the bodies (m).
-    pub spacing: f64,
-    /// Farthest that a point may be from the structure's points (m).
-    pub reach: f64,
-    /// Whether the weights are made anew every window.
-    pub rebuild: bool,
-}
-
-/// Between the structure's particles and a fluid's own points.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct FluidMapping {
-    /// Method.
-    pub method: FluidMappingMethod,
-    /// Farthest that a point may be from the structure's particles (m).
-    pub reach: f64,
-    /// Whether the weights are made anew every window.
-    pub rebuild: bool,
 }
 
 /// How a fluid's points follow the structure's particles.
@@ -285,17 +339,6 @@ pub enum MappingMethod {
     NearestProjection,
     /// By radial basis functions with local support.
     RadialBasis,
-}
-
-/// A steady state.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SteadyState {
-    /// What has to be steady.
-    pub quantities: Vec<SteadyQuantity>,
-    /// Largest relative change per time (1/s).
-    pub rate: f64,
-    /// For how long it has to stay below (s).
-    pub duration: f64,
 }
 
 /// What can be steady at the interface.
@@ -336,19 +379,6 @@ impl CouplingScheme {
     }
 }
 
-/// The iterations of an implicit scheme.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Acceleration {
-    /// Method.
-    pub method: AccelerationMethod,
-    /// Earlier windows from which the quasi-Newton methods learn.
-    pub reused_windows: u32,
-    /// Least share of a difference that must be new to the quasi-Newton methods.
-    pub filter: f64,
-    /// Most differences that the quasi-Newton methods keep.
-    pub max_columns: u32,
-}
-
 /// From iterate to iterate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -361,26 +391,6 @@ pub enum AccelerationMethod {
     IqnIls,
     /// Interface quasi-Newton, inverse multi-vector Jacobian.
     IqnImvj,
-}
-
-/// When the iterations of an implicit scheme end.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Convergence {
-    /// Limit on the residual of the load (Pa/m).
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub absolute: Option<f64>,
-    /// Limit on the residual over the values.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub relative: Option<f64>,
-    /// Limit on the residual over that of the window's first iteration.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub residual_relative: Option<f64>,
-    /// Whether any of the limits is enough, or all must be kept.
-    pub combine: Combine,
-    /// Most iterations of a window.
-    pub max_iterations: u32,
-    /// What becomes of a window that does not converge.
-    pub at_limit: AtLimit,
 }
 
 /// How several limits go together.
@@ -405,134 +415,21 @@ pub enum AtLimit {
     Stop,
 }
 
-/// Velocity of the structure over a window.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum StructureVelocity {
-    /// The displacement over the window's size. It answers a load of the window always in the load's
-    /// direction, however stiff the structure.
-    Mean,
-    /// That at the window's end.
-    End,
-}
-
-impl StructureVelocity {
-    /// Relaxation of the load where none is written: none for the mean velocity, which is stable without.
-    pub fn relaxation(self) -> f64 {
-        match self {
-            Self::Mean => 1.0,
-            Self::End => 0.5,
-        }
-    }
-}
-
-/// Form of the load on the structure.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum LoadForm {
-    /// Transpose of the divergence through which the structure's velocity enters the pressure equation.
-    Transpose,
-    /// Pressure gradient at the structure's particles, Eq. (48).
-    PressureGradient,
-}
-
-impl CouplingKeys {
-    /// Fills in what was left out.
-    pub(super) fn resolve(&self, general: &General, structure_spacing: f64) -> Coupling {
-        let load_in_window = self.load_in_window.unwrap_or(LoadInWindow::Held);
-        let structure_velocity = self.structure_velocity.unwrap_or(load_in_window.structure_velocity());
-        let scheme = self.scheme.unwrap_or(CouplingScheme::SerialExplicit);
-        let implicit = scheme.is_implicit();
-        let relaxation = if implicit { IMPLICIT_RELAXATION } else { structure_velocity.relaxation() };
-        Coupling {
-            scheme,
-            max_window: self.max_window.unwrap_or(general.output_interval),
-            sub_steps: match self.sub_steps {
-                Some(SubStepsKey::Count(count)) => SubSteps::Fixed(count),
-                Some(SubStepsKey::Word(SubStepsWord::Stable)) => SubSteps::Stable,
-                None => SubSteps::Fixed(SUB_STEPS),
-            },
-            load: self.load.unwrap_or(LoadForm::Transpose),
-            prediction: (scheme == CouplingScheme::SerialExplicit).then(|| self.prediction.unwrap_or(true)),
-            load_in_window,
-            relaxation: self.relaxation.unwrap_or(relaxation),
-            structure_velocity,
-            compliance: self.compliance.unwrap_or(true),
-            enforce_condition_46: self.enforce_condition_46.unwrap_or(true),
-            deadline: self.deadline.unwrap_or(DEADLINE),
-            share_core: self.share_core.unwrap_or(!scheme.is_parallel()),
-            extrapolation: implicit.then(|| self.extrapolation.unwrap_or(1)),
-            acceleration: implicit.then(|| self.acceleration.clone().unwrap_or_default().resolve()),
-            convergence: implicit.then(|| self.convergence.clone().unwrap_or_default().resolve()),
-            mapping: self.mapping.as_ref().map(|keys| keys.resolve(structure_spacing)),
-            fluid_mapping: self.fluid_mapping.as_ref().map(|keys| FluidMapping {
-                method: keys.method.unwrap_or(FluidMappingMethod::RadialBasis),
-                reach: keys.reach.unwrap_or(2.0 * structure_spacing),
-                rebuild: keys.rebuild.unwrap_or(false),
-            }),
-            steady_state: self.steady_state.as_ref().map(SteadyStateKeys::resolve),
-        }
-    }
-}
-
-impl MappingKeys {
-    fn resolve(&self, structure_spacing: f64) -> Mapping {
-        let spacing = self.spacing.unwrap_or(structure_spacing);
-        Mapping {
-            method: self.method.unwrap_or(MappingMethod::NearestProjection),
-            spacing,
-            reach: self.reach.unwrap_or(2.0 * spacing),
-            rebuild: self.rebuild.unwrap_or(false),
-        }
-    }
-}
-
-impl SteadyStateKeys {
-    fn resolve(&self) -> SteadyState {
-        let quantities = || vec![SteadyQuantity::Position, SteadyQuantity::Load];
-        SteadyState {
-            quantities: self.quantities.clone().unwrap_or_else(quantities),
-            rate: self.rate,
-            duration: self.duration,
-        }
-    }
-}
-
-impl AccelerationKeys {
-    fn resolve(&self) -> Acceleration {
-        Acceleration {
-            method: self.method.unwrap_or(AccelerationMethod::IqnIls),
-            reused_windows: self.reused_windows.unwrap_or(8),
-            filter: self.filter.unwrap_or(1e-3),
-            max_columns: self.max_columns.unwrap_or(100),
-        }
-    }
-}
-
-impl ConvergenceKeys {
-    fn resolve(&self) -> Convergence {
-        let Self { absolute, relative, residual_relative, .. } = *self;
-        let none = absolute.is_none() && residual_relative.is_none();
-        Convergence {
-            absolute,
-            relative: relative.or(none.then_some(1e-3)),
-            residual_relative,
-            combine: self.combine.unwrap_or(Combine::Any),
-            max_iterations: self.max_iterations.unwrap_or(30),
-            at_limit: self.at_limit.unwrap_or(AtLimit::Continue),
-        }
-    }
-}
-
 /// Sub-steps as the case file writes them: a number, or `"stable"`.
 mod sub_steps {
-    use crate::SubSteps;
-    use serde::Serializer;
+    use super::{SubStepsKey, SubStepsWord};
+    use crate::window::SubSteps;
+    use serde::{Deserialize as _, Deserializer, Serialize as _, Serializer};
 
     pub fn serialize<S: Serializer>(sub_steps: &SubSteps, serializer: S) -> Result<S::Ok, S::Error> {
-        match sub_steps {
-            SubSteps::Fixed(count) => serializer.serialize_u32(*count),
-            SubSteps::Stable => serializer.serialize_str("stable"),
-        }
+        let stable = SubStepsKey::Word(SubStepsWord::Stable);
+        sub_steps.count().map_or(stable, SubStepsKey::Count).serialize(serializer)
+    }
+
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<SubSteps, D::Error> {
+        Ok(match SubStepsKey::deserialize(deserializer)? {
+            SubStepsKey::Count(count) => SubSteps::Fixed(count),
+            SubStepsKey::Word(SubStepsWord::Stable) => SubSteps::Stable,
+        })
     }
 }

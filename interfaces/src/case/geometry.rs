@@ -3,6 +3,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use words::geometry::Face;
 
 /// A box along the axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -40,6 +41,11 @@ impl AxisBox {
         })
     }
 
+    /// Where a face of it stands on the face's axis (m).
+    pub fn coordinate(&self, face: Face) -> f64 {
+        if face.sign() < 0.0 { self.low[face.axis()] } else { self.high[face.axis()] }
+    }
+
     /// Whether the point is farther than `tolerance` (m) from the box along some axis.
     pub fn is_clear_of(&self, point: &[f64], tolerance: f64) -> bool {
         let axes = point.iter().zip(self.low.iter().zip(&self.high));
@@ -64,81 +70,6 @@ impl Ball {
         let shifted = |by: f64| self.centre.iter().map(|c| c + by).collect();
         AxisBox { low: shifted(-self.radius), high: shifted(self.radius) }
     }
-}
-
-/// A face of a box. In two dimensions `left`, `right`, `bottom` and `top`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Face {
-    /// Least x.
-    Left,
-    /// Greatest x.
-    Right,
-    /// Least y.
-    Bottom,
-    /// Greatest y.
-    Top,
-    /// Least z; three dimensions only.
-    Back,
-    /// Greatest z; three dimensions only.
-    Front,
-}
-
-impl Face {
-    /// Axis that the face stands across: 0, 1 or 2.
-    pub fn axis(self) -> usize {
-        match self {
-            Self::Left | Self::Right => 0,
-            Self::Bottom | Self::Top => 1,
-            Self::Back | Self::Front => 2,
-        }
-    }
-
-    /// Direction of the outward normal along [`Self::axis`]: −1 or +1.
-    pub fn sign(self) -> f64 {
-        match self {
-            Self::Left | Self::Bottom | Self::Back => -1.0,
-            Self::Right | Self::Top | Self::Front => 1.0,
-        }
-    }
-
-    /// Where the face stands on its axis (m).
-    pub fn coordinate(self, of: &AxisBox) -> f64 {
-        if self.sign() < 0.0 { of.low[self.axis()] } else { of.high[self.axis()] }
-    }
-}
-
-/// An axis of space.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Axis {
-    /// The first.
-    X,
-    /// The second.
-    Y,
-    /// The third; three dimensions only.
-    Z,
-}
-
-impl Axis {
-    /// 0, 1 or 2.
-    pub fn index(self) -> usize {
-        match self {
-            Self::X => 0,
-            Self::Y => 1,
-            Self::Z => 2,
-        }
-    }
-}
-
-/// On which side of a polyline the solid is, for one who walks it from its first point to its last.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Side {
-    /// The solid is to the left.
-    Left,
-    /// The solid is to the right.
-    Right,
 }
 
 /// The list as an array.

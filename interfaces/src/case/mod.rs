@@ -6,45 +6,50 @@
 //! ```
 //!
 //! Start at [`Case::load`]. [`resolved`] is what solvers read, [`typed`] what users write and what the JSON
-//! schema describes; [`numerics`] and [`geometry`] are shared. All mistakes of a case are found before any is
-//! reported ([`CaseErrors`]).
+//! schema describes; solvers bring [`section`]s of their own. All mistakes of a case are found before any is
+//! reported ([`CaseErrors`]). [`docs`] writes the tables of `docs/case-file.md`.
 
 mod check;
 mod conform;
 pub mod coupling;
+pub mod docs;
 mod document;
 mod errors;
+mod findings;
 pub mod geometry;
 mod nearest;
-pub mod numerics;
 pub mod region;
 mod resolve;
 pub mod resolved;
 mod schema;
-#[cfg(test)]
-mod tests;
+pub mod section;
 pub mod typed;
 pub mod unit;
+pub mod velocity;
 
 pub use errors::{CaseError, CaseErrors};
-pub use geometry::{AxisBox, Ball, Face, Side, array};
+pub use findings::Findings;
+pub use geometry::{AxisBox, Ball, array};
 pub use resolved::Case;
 pub use schema::schema;
+pub use section::Sections;
 
 use document::Document;
+use resolved::Start;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
 
 impl Case {
     /// Reads the case file at `path`, or `case.toml` in the folder `path`, with `overrides`
-    /// (`section.key=value`) applied before it is checked.
+    /// (`section.key=value`) applied before it is checked. `solvers` bring the sections of their own; sections
+    /// that none of them brings are taken as they are written.
     ///
     /// # Errors
     /// All mistakes of the file, or that it cannot be read.
-    pub fn load(path: &Path, overrides: &[String]) -> Result<Self, CaseErrors> {
+    pub fn load(path: &Path, overrides: &[String], solvers: &[Sections]) -> Result<Self, CaseErrors> {
         let file = if path.is_dir() { path.join("case.toml") } else { path.to_owned() };
         match std::fs::read_to_string(&file) {
-            Ok(text) => Self::parse(&text, &file, overrides),
+            Ok(text) => Self::parse(&text, &file, overrides, solvers),
             Err(error) => Err(CaseErrors {
                 file,
                 errors: vec![CaseError::new(
@@ -61,13 +66,18 @@ impl Case {
     ///
     /// # Errors
     /// All mistakes of the text.
-    pub fn parse(text: &str, file: &Path, overrides: &[String]) -> Result<Self, CaseErrors> {
+    pub fn parse(
+        text: &str,
+        file: &Path,
+        overrides: &[String],
+        solvers: &[Sections],
+    ) -> Result<Self, CaseErrors> {
         let fail = |errors| CaseErrors { file: PathBuf::from(file), errors };
         let mut document = Document::parse(text).map_err(fail)?;
         let mut errors: Vec<_> = overrides.iter().filter_map(|setting| document.set(setting).err()).collect();
 
         let mut table = document.table.clone();
-        let conformity = conform::conform(&mut table, &schema());
+        let conformity = conform::conform(&mut table, &schema(solvers));
         errors.extend(conformity.errors);
         conformity.renamed.iter().for_each(|(written, meant)| document.take_for(written, meant));
         if conformity.usable {
@@ -75,7 +85,7 @@ impl Case {
                 fail(vec![CaseError::new("", error.message(), "compare the file with the schema")])
             })?;
             typed.seek_files_from(file);
-            errors.extend(check::check(&mut typed));
+            errors.extend(check::check(&mut typed, solvers));
             if errors.is_empty() {
                 return Ok(resolve::resolve(typed));
             }
@@ -90,24 +100,23 @@ impl Case {
         toml::to_string(self).expect("a case has only tables with names for keys, lists, numbers and words")
     }
 
-    /// SHA-256 of the case as resolved, in hexadecimal, by which processes find out whether they run the same
-    /// case. `threads` is left out, since no result depends on it.
+    /// SHA-256, in hexadecimal, of what participants must agree on, by which processes find out whether they run
+    /// the same case: the case as resolved without `threads`, on which no result depends, without titles and
+    /// references, and without what names programs and files, which may be elsewhere for another.
     pub fn hash(&self) -> String {
         let mut same = self.clone();
-        same.general.threads = 0;
-        Sha256::digest(same.to_toml()).iter().map(|byte| format!("{byte:02x}")).collect()
-    }
-}
-
-impl TryFrom<typed::CaseFile> for Case {
-    type Error = CaseErrors;
-
-    fn try_from(mut file: typed::CaseFile) -> Result<Self, Self::Error> {
-        let errors = check::check(&mut file);
-        if errors.is_empty() {
-            Ok(resolve::resolve(file))
-        } else {
-            Err(CaseErrors { file: PathBuf::new(), errors })
+        (same.general.threads, same.general.title) = (0, String::new());
+        same.references.clear();
+        let starts = [
+            same.fluid.as_mut().map(|fluid| &mut fluid.participant),
+            same.structure.as_mut().map(|structure| &mut structure.participant),
+        ];
+        for start in starts.into_iter().flatten() {
+            match start {
+                Start::Fmu(unit) => unit.file = PathBuf::new(),
+                other => *other = Start::Own,
+            }
         }
+        Sha256::digest(same.to_toml()).iter().map(|byte| format!("{byte:02x}")).collect()
     }
 }

@@ -20,6 +20,18 @@ pub(super) fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a s
         .map(|(_, candidate)| candidate)
 }
 
+/// "did you mean", or what there is.
+pub(super) fn remedy_for_name(name: &str, known: &[&str], section: &str) -> String {
+    match (nearest(name, known.iter().copied()), known) {
+        (Some(meant), _) => format!("did you mean \"{meant}\"?"),
+        (None, []) => format!("add a {section} of that name"),
+        (None, known) => {
+            let known: Vec<_> = known.iter().map(|name| format!("\"{name}\"")).collect();
+            format!("there is {}", known.join(", "))
+        }
+    }
+}
+
 /// Optimal string alignment distance.
 fn edits(a: &str, b: &str) -> usize {
     let (a, b): (Vec<_>, Vec<_>) = (a.chars().collect(), b.chars().collect());

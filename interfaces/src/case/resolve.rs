@@ -1,15 +1,18 @@
 //! From the case as written to the case as resolved: defaults filled in, alternatives decided. It runs after
 //! [`super::check`] found nothing, and so has nothing to report; where it relies on a check, it says so.
 
-use super::geometry::{AxisBox, Face};
-use super::numerics::GradientOperator;
+use super::coupling;
+use super::geometry::AxisBox;
 use super::region::{FluidVelocity, Region, RegionShape, greatest_speed};
 use super::resolved::{
-    Assumption, Body, Case, Clamp, ClampRegion, Fluid, General, InitialVelocity, Load, LoadTarget, Material,
-    MotionLaw, MotionPath, Probe, ProbeQuantity, ProbeTarget, Reference, Slip, Start, Structure, Unit, Wall,
-    WallMotion, WallShape,
+    Body, Case, Clamp, ClampRegion, Fluid, General, Load, LoadTarget, MotionPath, Probe, ProbeTarget,
+    Reference, Start, Structure, Unit, Wall, WallMotion, WallShape,
 };
-use super::typed;
+use super::typed::{self, Slip};
+use super::velocity::InitialVelocity;
+use words::geometry::Face;
+use words::motion::Law;
+use words::probe::ProbeQuantity;
 
 /// Times that particles off the lattice move to the centroids of their cells where the case does not say:
 /// with that many, rows at faces at an angle to the lattice follow the faces.
@@ -21,10 +24,10 @@ pub(super) fn resolve(file: typed::CaseFile) -> Case {
     let general = resolve_general(file.case);
     let fluid = file.fluid.map(|fluid| resolve_fluid(fluid, &general));
     let structure = file.structure.map(|structure| resolve_structure(structure, &general));
-    let coupling = structure
-        .as_ref()
-        .filter(|_| fluid.is_some())
-        .map(|structure| file.coupling.unwrap_or_default().resolve(&general, structure.particle_spacing));
+    let coupling = structure.as_ref().filter(|_| fluid.is_some()).map(|structure| {
+        let written = file.coupling.unwrap_or_default();
+        coupling::resolve(&written, general.output_interval, structure.particle_spacing)
+    });
     let references = file.reference.into_iter().map(resolve_reference).collect();
     Case { general, fluid, structure, coupling, probes, references }
 }
@@ -84,7 +87,7 @@ fn resolve_fluid(fluid: typed::Fluid, general: &General) -> Fluid {
                 motion: wall.motion.map(resolve_motion),
             })
             .collect(),
-        numerics: fluid.numerics.resolve(),
+        numerics: fluid.numerics,
         participant: resolve_participant(fluid.participant),
     }
 }
@@ -136,9 +139,9 @@ fn resolve_motion(motion: typed::WallMotion) -> WallMotion {
             (None, None) => unreachable!("the check wants a direction or a pivot"),
         },
         law: match (motion.table, motion.amplitude, motion.period) {
-            (Some(table), ..) => MotionLaw::Table { table },
+            (Some(table), ..) => Law::Table { table },
             (None, Some(amplitude), Some(period)) => {
-                MotionLaw::Sine { amplitude, period, phase: motion.phase.unwrap_or(0.0) }
+                Law::Sine { amplitude, period, phase: motion.phase.unwrap_or(0.0) }
             }
             _ => unreachable!("the check wants a table, or amplitude and period"),
         },
@@ -156,21 +159,9 @@ fn resolve_participant(participant: typed::Participant) -> Start {
 }
 
 fn resolve_structure(structure: typed::Structure, general: &General) -> Structure {
-    let material = structure.material;
-    let gradient = structure.numerics.gradient;
-    let assumption = material.assumption.unwrap_or(match general.dimension {
-        2 => Assumption::PlaneStrain,
-        _ => Assumption::ThreeDimensional,
-    });
     Structure {
         particle_spacing: structure.particle_spacing.unwrap_or(general.particle_spacing),
-        material: Material {
-            law: material.law,
-            youngs_modulus: material.youngs_modulus,
-            poisson_ratio: material.poisson_ratio,
-            density: material.density,
-            assumption,
-        },
+        material: structure.material,
         bodies: structure
             .body
             .into_iter()
@@ -190,15 +181,16 @@ fn resolve_structure(structure: typed::Structure, general: &General) -> Structur
                     .unwrap_or_else(|| InitialVelocity::Uniform(vec![0.0; general.dimension])),
             })
             .collect(),
-        clamps: structure.clamp.into_iter().map(|clamp| resolve_clamp(clamp, gradient)).collect(),
+        clamps: structure.clamp.into_iter().map(resolve_clamp).collect(),
         loads: structure.load.into_iter().map(resolve_load).collect(),
-        numerics: structure.numerics.resolve(),
+        numerics: structure.numerics,
         participant: resolve_participant(structure.participant),
     }
 }
 
-fn resolve_clamp(clamp: typed::Clamp, gradient: GradientOperator) -> Clamp {
-    let rows = clamp.rows.map_or(gradient.clamp_rows(), |rows| rows as usize);
+fn resolve_clamp(clamp: typed::Clamp) -> Clamp {
+    // What the case leaves out, the structure's solver has filled in by its own gradient.
+    let rows = clamp.rows.unwrap_or(0) as usize;
     let region = match (clamp.face, clamp.bounds, clamp.circle) {
         (Some(face), ..) => ClampRegion::Face { face, rows },
         (None, Some(bounds), _) => ClampRegion::Box { bounds },
@@ -268,7 +260,7 @@ impl Clamp {
 /// The box that lies on `face` of `body`, `depth` (m) thick.
 pub(super) fn beyond(body: &AxisBox, face: Face, depth: f64) -> AxisBox {
     let mut beyond = body.clone();
-    let at = face.coordinate(body);
+    let at = body.coordinate(face);
     beyond.low[face.axis()] = at.min(at + face.sign() * depth);
     beyond.high[face.axis()] = at.max(at + face.sign() * depth);
     beyond

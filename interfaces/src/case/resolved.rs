@@ -2,22 +2,23 @@
 //! make particles of it.
 
 use super::coupling::Coupling;
-use super::geometry::{Axis, AxisBox, Ball, Face, Side};
-use super::numerics::{FluidNumerics, StructureNumerics};
-pub use super::region::{FluidVelocity, Region, RegionShape};
-use super::typed;
+use super::geometry::{AxisBox, Ball};
+use super::region::Region;
+use super::typed::{self, Slip};
 use super::unit::{Parameters, Variables};
-use crate::{Scalar, ScalarKind};
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-use std::fmt;
+use super::velocity::InitialVelocity;
+use crate::participant::{Role, Scalar, ScalarKind};
+use serde::Serialize;
 use std::path::PathBuf;
+use toml::Table;
+use words::geometry::{Axis, Face, Side};
+use words::motion::Law;
+use words::probe::ProbeQuantity;
 
 /// A checked case. SI units; vectors have as many numbers as `general.dimension`; in two dimensions volumes
 /// and forces are for one metre of depth. It is read by [`Case::load`] or [`Case::parse`], and written by
 /// [`Case::to_toml`].
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(try_from = "typed::CaseFile")]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Case {
     /// What concerns the whole: `[case]`.
     #[serde(rename = "case")]
@@ -37,6 +38,16 @@ pub struct Case {
     /// Values from elsewhere that the report draws beside probes.
     #[serde(rename = "reference")]
     pub references: Vec<Reference>,
+}
+
+impl Case {
+    /// Who solves a side, where there is one.
+    pub fn start(&self, role: Role) -> Option<&Start> {
+        match role {
+            Role::Fluid => self.fluid.as_ref().map(|fluid| &fluid.participant),
+            Role::Structure => self.structure.as_ref().map(|structure| &structure.participant),
+        }
+    }
 }
 
 /// `[case]`: what concerns the whole.
@@ -83,8 +94,8 @@ pub struct Fluid {
     /// Rigid walls.
     #[serde(rename = "wall")]
     pub walls: Vec<Wall>,
-    /// Numerics of the ISPH solver.
-    pub numerics: FluidNumerics,
+    /// Numerics of its solver, as that wants them.
+    pub numerics: Table,
     /// Who solves it.
     pub participant: Start,
 }
@@ -119,7 +130,7 @@ pub struct WallMotion {
     pub path: MotionPath,
     /// The number over time: m or rad.
     #[serde(flatten)]
-    pub law: MotionLaw,
+    pub law: Law,
 }
 
 /// Where a motion leads.
@@ -135,26 +146,6 @@ pub enum MotionPath {
     About {
         /// The point (m).
         pivot: Vec<f64>,
-    },
-}
-
-/// A number over time.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum MotionLaw {
-    /// A smooth curve through pairs of time (s) and value, at rest before and after.
-    Table {
-        /// The pairs.
-        table: Vec<[f64; 2]>,
-    },
-    /// `amplitude · (sin(2πt/period + phase) − sin(phase))`.
-    Sine {
-        /// Amplitude.
-        amplitude: f64,
-        /// Period (s).
-        period: f64,
-        /// Phase (rad).
-        phase: f64,
     },
 }
 
@@ -178,23 +169,13 @@ pub enum WallShape {
     },
 }
 
-/// Tangential velocity at a wall.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Slip {
-    /// No shear stress.
-    FreeSlip,
-    /// The wall's own velocity.
-    NoSlip,
-}
-
 /// `[structure]`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Structure {
     /// Particle spacing Δx (m).
     pub particle_spacing: f64,
-    /// Material of all bodies.
-    pub material: Material,
+    /// Material of all bodies, as the solver wants it.
+    pub material: Table,
     /// Bodies.
     #[serde(rename = "body")]
     pub bodies: Vec<Body>,
@@ -204,49 +185,18 @@ pub struct Structure {
     /// Dead loads.
     #[serde(rename = "load")]
     pub loads: Vec<Load>,
-    /// Numerics of the TLSPH solver.
-    pub numerics: StructureNumerics,
+    /// Numerics of its solver, as that wants them.
+    pub numerics: Table,
     /// Who solves it.
     pub participant: Start,
 }
 
-/// `[structure.material]`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Material {
-    /// Stress–strain law.
-    pub law: MaterialLaw,
-    /// Young's modulus E (Pa).
-    pub youngs_modulus: f64,
-    /// Poisson's ratio ν.
-    pub poisson_ratio: f64,
-    /// Density in the reference configuration (kg/m³).
-    pub density: f64,
-    /// Plane strain, plane stress, or neither.
-    pub assumption: Assumption,
-}
-
-/// Stress–strain law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum MaterialLaw {
-    /// Cauchy stress linear in the Almansi strain: the paper's Eqs. (38)–(41).
-    AlmansiHooke,
-    /// Second Piola–Kirchhoff stress linear in the Green–Lagrange strain.
-    SaintVenantKirchhoff,
-    /// Compressible neo-Hookean solid.
-    NeoHookean,
-}
-
-/// How two dimensions stand for three.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Assumption {
-    /// No strain across the plane.
-    PlaneStrain,
-    /// No stress across the plane.
-    PlaneStress,
-    /// Three dimensions: no assumption.
-    ThreeDimensional,
+impl Structure {
+    /// Density of the material (kg/m³), which the fluid meets too; NaN where the material names none.
+    pub fn density(&self) -> f64 {
+        let density = self.material.get("density");
+        density.and_then(|d| d.as_float().or(d.as_integer().map(|d| d as f64))).unwrap_or(f64::NAN)
+    }
 }
 
 /// `[[structure.body]]`: a box of solid in the reference configuration.
@@ -267,38 +217,6 @@ pub struct Body {
     pub seed: u32,
     /// Times that the particles move to the centroids of their Voronoi cells.
     pub relaxation: u32,
-}
-
-/// Velocity of a body at the start.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(untagged)]
-pub enum InitialVelocity {
-    /// The same everywhere (m/s).
-    Uniform(Vec<f64>),
-    /// A shape.
-    Mode(CantileverVelocity),
-}
-
-/// First bending mode of a clamped beam, Eqs. (51)–(52) of the paper: `v(s) = tip_velocity · f(s)/f(L)`, with
-/// s the distance from the clamped face, L the body's length across it, kL = 1.875 and
-/// `f(s) = (cos kL + cosh kL)(cosh ks − cos ks) + (sin kL − sinh kL)(sinh ks − sin ks)`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CantileverVelocity {
-    /// Which shape; `cantilever` is the one there is.
-    pub mode: VelocityMode,
-    /// Face from which s counts.
-    pub clamped_face: Face,
-    /// Velocity at the opposite face (m/s).
-    pub tip_velocity: Vec<f64>,
-}
-
-/// Shape of an initial velocity.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum VelocityMode {
-    /// First bending mode of a clamped beam.
-    Cantilever,
 }
 
 /// `[[structure.clamp]]`.
@@ -439,83 +357,6 @@ pub enum ProbeTarget {
     Wall(String),
 }
 
-/// What a probe records.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ProbeQuantity {
-    /// Displacement (m): `ux`, `uy`, `uz`.
-    Displacement,
-    /// Position (m): `x`, `y`, `z`.
-    Position,
-    /// Velocity (m/s): `vx`, `vy`, `vz`.
-    Velocity,
-    /// Pressure (Pa): `p`.
-    Pressure,
-    /// Total force of the fluid (N; in two dimensions N per metre of depth): `fx`, `fy`, `fz`.
-    Force,
-    /// Outermost fluid (m), half a spacing beyond its particle's centre, particles that fly alone left out:
-    /// `left`, `right`, `bottom`, `top`, `back`, `front`. A box without fluid has its faces exchanged.
-    Extent,
-    /// Centroid (m): `x`, `y`, `z`; zero without fluid.
-    Centroid,
-    /// Standard deviation of position along each axis (m), half the semi-axis of an ellipse: `sx`, `sy`,
-    /// `sz`.
-    Spread,
-    /// Departure of the pressure from ρ g·(r − r₀), r₀ a point of the level surface, over the greatest of it
-    /// (1): of all fluid deeper than one spacing, `max`, the largest magnitude, and `rms`.
-    HydrostaticError,
-}
-
-impl ProbeQuantity {
-    /// Names of its components in `dimension` dimensions.
-    pub fn components(self, dimension: usize) -> &'static [&'static str] {
-        match self {
-            Self::Displacement => &["ux", "uy", "uz"][..dimension],
-            Self::Position => &["x", "y", "z"][..dimension],
-            Self::Velocity => &["vx", "vy", "vz"][..dimension],
-            Self::Pressure => &["p"],
-            Self::Force => &["fx", "fy", "fz"][..dimension],
-            Self::Extent => &["left", "right", "bottom", "top", "back", "front"][..2 * dimension],
-            Self::Centroid => &["x", "y", "z"][..dimension],
-            Self::Spread => &["sx", "sy", "sz"][..dimension],
-            Self::HydrostaticError => &["max", "rms"],
-        }
-    }
-
-    /// Whether it is of the fluid in a box, and of no point.
-    pub fn is_of_a_box(self) -> bool {
-        matches!(self, Self::Extent | Self::Centroid | Self::Spread)
-    }
-
-    /// Its SI unit, in two dimensions that of one metre of depth.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Displacement | Self::Position | Self::Extent | Self::Centroid | Self::Spread => "m",
-            Self::Velocity => "m/s",
-            Self::Pressure => "Pa",
-            Self::Force => "N",
-            Self::HydrostaticError => "1",
-        }
-    }
-}
-
-impl fmt::Display for ProbeQuantity {
-    /// As the case file writes it.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Displacement => "displacement",
-            Self::Position => "position",
-            Self::Velocity => "velocity",
-            Self::Pressure => "pressure",
-            Self::Force => "force",
-            Self::Extent => "extent",
-            Self::Centroid => "centroid",
-            Self::Spread => "spread",
-            Self::HydrostaticError => "hydrostatic-error",
-        })
-    }
-}
-
 impl Probe {
     /// Its columns in `probes.csv`: `<name>.<component>`.
     pub fn columns(&self, dimension: usize) -> Vec<String> {
@@ -556,4 +397,45 @@ pub struct Reference {
     pub low: Vec<f64>,
     /// Upper border of the values.
     pub high: Vec<f64>,
+}
+
+impl From<Start> for typed::Participant {
+    fn from(start: Start) -> Self {
+        match start {
+            Start::Own => Self { start: Some(typed::StartWord::Own), ..Self::default() },
+            Start::ByHand => Self { start: Some(typed::StartWord::ByHand), ..Self::default() },
+            Start::Command(command) => Self { command: Some(command), ..Self::default() },
+            Start::Fmu(unit) => {
+                let Unit { file, variables, parameters, record } = *unit;
+                Self { fmu: Some(file), variables, parameters, record, ..Self::default() }
+            }
+        }
+    }
+}
+
+impl From<Probe> for typed::Probe {
+    fn from(probe: Probe) -> Self {
+        let empty = Self {
+            name: probe.name,
+            on: typed::ProbeSide::Fluid,
+            quantity: probe.quantity,
+            at: None,
+            bounds: None,
+            body: None,
+            wall: None,
+        };
+        let (structure, wall_side) = (typed::ProbeSide::Structure, typed::ProbeSide::Wall);
+        match probe.target {
+            ProbeTarget::StructurePoint { body, at } => {
+                Self { on: structure, at: Some(at), body: Some(body), ..empty }
+            }
+            ProbeTarget::Body(body) => Self { on: structure, body: Some(body), ..empty },
+            ProbeTarget::FluidPoint(at) => Self { at: Some(at), ..empty },
+            ProbeTarget::FluidBox(bounds) => Self { bounds, ..empty },
+            ProbeTarget::WallPoint { wall, at } => {
+                Self { on: wall_side, at: Some(at), wall: Some(wall), ..empty }
+            }
+            ProbeTarget::Wall(wall) => Self { on: wall_side, wall: Some(wall), ..empty },
+        }
+    }
 }

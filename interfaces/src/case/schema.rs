@@ -1,14 +1,59 @@
-//! The JSON schema of the case file, made of [`super::typed`]: for editors, and for [`super::conform`].
+//! The JSON schema of the case file, made of [`super::typed`] and of the sections that solvers bring: for
+//! editors, for [`super::conform`] and for [`super::docs`].
 
+use super::coupling;
+use super::section::Sections;
 use super::typed::CaseFile;
 use serde_json::{Map, Value, json};
 
-/// The schema (JSON Schema 2020-12) of a `case.toml`.
-pub fn schema() -> Value {
+/// The schema (JSON Schema 2020-12) of a `case.toml` with the sections of these solvers.
+pub fn schema(solvers: &[Sections]) -> Value {
     let mut schema = schemars::schema_for!(CaseFile).to_value();
     schema["title"] = json!("meniscus case");
+    put_section(&mut schema, "coupling", coupling::schema());
+    for (place, section) in solvers.iter().flat_map(|solver| solver.schemas) {
+        put_section(&mut schema, place, section());
+    }
     without_null(&mut schema);
+    in_one_line(&mut schema);
     schema
+}
+
+/// Comments are wrapped where the source is; descriptions are not.
+fn in_one_line(value: &mut Value) {
+    match value {
+        Value::Object(node) => {
+            if let Some(Value::String(text)) = node.get_mut("description") {
+                *text = text.replace('\n', " ");
+            }
+            node.values_mut().for_each(in_one_line);
+        }
+        Value::Array(list) => list.iter_mut().for_each(in_one_line),
+        _ => {}
+    }
+}
+
+/// Describes the table at `place` (`fluid.numerics`) by the schema of its own, whose definitions join the others.
+fn put_section(schema: &mut Value, place: &str, mut section: Value) {
+    if let Value::Object(node) = &mut section {
+        let _ = (node.remove("$schema"), node.remove("title"));
+        for (name, definition) in node.remove("$defs").iter().filter_map(Value::as_object).flatten() {
+            let before = &mut schema["$defs"][name];
+            assert!(before.is_null() || before == definition, "two types of the case are called {name}");
+            *before = definition.clone();
+        }
+    }
+    schema["$defs"][place] = section;
+    let mut names = place.split('.').rev();
+    let key = names.next().expect("a place has a name");
+    // `fluid.numerics` is a property of the definition `Fluid`.
+    let owner = names.next().map(|owner| owner[..1].to_uppercase() + &owner[1..]);
+    let table = match &owner {
+        Some(owner) => &mut schema["$defs"][owner],
+        None => schema,
+    };
+    let property = &mut table["properties"][key];
+    *property = json!({ "description": property["description"], "$ref": format!("#/$defs/{place}") });
 }
 
 /// TOML has no null: what is optional is left out. Removes `null` from every choice of types.
@@ -120,6 +165,11 @@ impl<'s> Node<'s> {
         }
     }
 
+    /// Whether it is a table that another than this schema describes.
+    pub fn is_open(&self) -> bool {
+        self.target.get("additionalProperties") == Some(&Value::Bool(true))
+    }
+
     /// A table's key; where keys are names of the user's own, any.
     pub fn property(&self, key: &str) -> Option<Node<'s>> {
         let named = self.target.get("properties").and_then(|properties| properties.get(key));
@@ -145,6 +195,44 @@ impl<'s> Node<'s> {
     /// A bound: `minimum`, `exclusiveMinimum`, `maximum`, `exclusiveMaximum`, `minItems`, `maxItems`.
     pub fn bound(&self, name: &str) -> Option<f64> {
         self.here.get(name).or_else(|| self.target.get(name)).and_then(Value::as_f64)
+    }
+
+    /// The bounds of a number in words, where it has any.
+    pub fn range(&self) -> Option<String> {
+        // What cannot be negative by its type goes without saying.
+        let counts = self.target.get("type").and_then(Value::as_str) == Some("integer");
+        let bounds: Vec<_> = [
+            self.bound("exclusiveMinimum").map(|bound| format!("over {bound}")),
+            self.bound("minimum").filter(|b| !(counts && *b == 0.0)).map(|bound| format!("at least {bound}")),
+            self.bound("exclusiveMaximum").map(|bound| format!("under {bound}")),
+            self.bound("maximum")
+                .filter(|b| !(counts && *b >= 255.0))
+                .map(|bound| format!("at most {bound}")),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        (!bounds.is_empty()).then(|| bounds.join(" and "))
+    }
+
+    /// The words that it allows, and what they mean.
+    pub fn words(&self) -> Vec<(&'s str, &'s str)> {
+        let words = self.target.get("oneOf").and_then(Value::as_array).map_or(&[][..], Vec::as_slice);
+        let text = |word: &'s Value, key: &str| word.get(key).and_then(Value::as_str);
+        words
+            .iter()
+            .filter_map(|word| Some((text(word, "const")?, text(word, "description").unwrap_or_default())))
+            .collect()
+    }
+
+    /// What it is where it is left out.
+    pub fn default(&self) -> Option<&'s Value> {
+        self.here.get("default")
+    }
+
+    /// What it is instead beside another key: `scheme = "paper"`.
+    pub fn other_defaults(&self) -> impl Iterator<Item = (&'s String, &'s Value)> {
+        self.here.get("x-defaults").and_then(Value::as_object).into_iter().flatten()
     }
 
     /// Whole numbers that it is confined to.

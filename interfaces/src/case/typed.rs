@@ -2,16 +2,20 @@
 //! the fields' names, the JSON schema (descriptions included) is made of these types, and `super::conform`
 //! holds the text against that schema.
 
-use super::coupling::CouplingKeys;
-use super::geometry::{Axis, AxisBox, Ball, Face, Side};
-use super::numerics::{FluidNumericsKeys, StructureNumericsKeys};
+use super::geometry::{AxisBox, Ball};
 use super::region::{FluidVelocity, StandingWave};
-use super::resolved::Unit;
-use super::resolved::{self, Assumption, InitialVelocity, MaterialLaw, ProbeQuantity, ProbeTarget, Slip};
 use super::unit::{Parameters, Variables};
+use super::velocity::InitialVelocity;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use toml::Table;
+use words::geometry::{Axis, Face, Side};
+use words::probe::ProbeQuantity;
+
+/// A table that another than this file describes.
+type AnyTable = BTreeMap<String, serde_json::Value>;
 
 /// A meniscus case. SI units throughout.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -24,7 +28,8 @@ pub struct CaseFile {
     /// The structure; a case without it runs the fluid alone.
     pub structure: Option<Structure>,
     /// The coupling of fluid and structure.
-    pub coupling: Option<CouplingKeys>,
+    #[schemars(with = "Option<AnyTable>")]
+    pub coupling: Option<Table>,
     /// Quantities recorded at every window.
     #[serde(default)]
     pub probe: Vec<Probe>,
@@ -90,7 +95,7 @@ pub struct Fluid {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_time_step: Option<f64>,
     /// Speed that scales artificial viscosity, shifting and the first time step (m/s); √(g H) if left out, H
-    /// the fluid's height along gravity.
+    /// the extent of all regions along gravity; without gravity the greatest speed at the start.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub characteristic_speed: Option<f64>,
     /// Where particles live: one that leaves this box has left the run.
@@ -104,9 +109,10 @@ pub struct Fluid {
     /// Rigid walls.
     #[serde(default)]
     pub wall: Vec<Wall>,
-    /// Numerics of the ISPH solver.
+    /// Numerics of its solver, which brings the keys.
     #[serde(default)]
-    pub numerics: FluidNumericsKeys,
+    #[schemars(with = "AnyTable")]
+    pub numerics: Table,
     /// Who solves the fluid; our own solver if left out.
     #[serde(default)]
     pub participant: Participant,
@@ -160,6 +166,16 @@ pub struct Wall {
     pub motion: Option<WallMotion>,
 }
 
+/// Tangential velocity at a wall.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Slip {
+    /// No shear stress.
+    FreeSlip,
+    /// The wall's own velocity.
+    NoSlip,
+}
+
 /// A number over time, from a `table` or a sine (`amplitude`, `period`), times a `direction` (m) or about a
 /// `pivot` (rad).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -191,13 +207,15 @@ pub struct Participant {
     /// A command that the coupler starts: the program and its arguments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<Vec<String>>,
-    /// A functional mock-up unit (FMI 2.0 or 3.0): its file, sought from where the case file is.
+    /// A functional mock-up unit (FMI 2.0 or 3.0): its file, sought from where the case file is. A process that
+    /// the coupler starts serves it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fmu: Option<PathBuf>,
     /// Variables behind the ports of an FMU, and numbers that it tells.
     #[serde(default, skip_serializing_if = "Variables::is_empty")]
     pub variables: Variables,
-    /// Parameters of an FMU and their values, by name; its own if left out.
+    /// Parameters of an FMU and their values, by name: `{ youngs_modulus = 1e6, nodes = 40 }`; its own if left
+    /// out.
     #[serde(default, skip_serializing_if = "Parameters::is_empty")]
     pub parameters: Parameters,
     /// Variables of an FMU that are recorded besides its energies and the case's probes.
@@ -222,8 +240,9 @@ pub struct Structure {
     /// Particle spacing Δx (m); that of `[case]` if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub particle_spacing: Option<f64>,
-    /// Material of all bodies.
-    pub material: Material,
+    /// Material of all bodies; the solver brings the keys.
+    #[schemars(with = "AnyTable")]
+    pub material: Table,
     /// Bodies.
     #[serde(default)]
     pub body: Vec<Body>,
@@ -233,30 +252,13 @@ pub struct Structure {
     /// Dead loads.
     #[serde(default)]
     pub load: Vec<Load>,
-    /// Numerics of the TLSPH solver.
+    /// Numerics of its solver, which brings the keys.
     #[serde(default)]
-    pub numerics: StructureNumericsKeys,
+    #[schemars(with = "AnyTable")]
+    pub numerics: Table,
     /// Who solves the structure; our own solver if left out.
     #[serde(default)]
     pub participant: Participant,
-}
-
-/// An elastic material.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Material {
-    /// Stress–strain law.
-    pub law: MaterialLaw,
-    /// Young's modulus E (Pa).
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub youngs_modulus: f64,
-    /// Poisson's ratio ν.
-    pub poisson_ratio: f64,
-    /// Density in the reference configuration (kg/m³).
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub density: f64,
-    /// How two dimensions stand for three; plane-strain if left out.
-    pub assumption: Option<Assumption>,
 }
 
 /// A box of solid in the reference configuration.
@@ -289,7 +291,7 @@ pub struct Body {
 
 impl Body {
     /// Whether its particles are no lattice along the axes: each has its own cell then.
-    pub(super) fn is_off_lattice(&self, clamps: &[Clamp]) -> bool {
+    pub fn is_off_lattice(&self, clamps: &[Clamp]) -> bool {
         let is_cut = clamps.iter().any(|clamp| clamp.body == self.name && clamp.circle.is_some());
         self.lattice_angle != 0.0 || self.jitter != 0.0 || is_cut || self.relaxation.is_some_and(|n| n > 0)
     }
@@ -306,15 +308,15 @@ pub struct Clamp {
     pub body: String,
     /// Face beyond which the body goes on by fixed rows.
     pub face: Option<Face>,
-    /// Fixed rows beyond the face; 0 are fixed points on the face itself. As the gradient operator wants it
-    /// if left out.
+    /// Fixed rows beyond the face; they may lie in a wall, but not in fluid. 0 are fixed points on the face
+    /// itself. If left out 0 with the quadratic gradient, 3 with the first-order one.
     #[schemars(extend("minimum" = 0))]
     pub rows: Option<u32>,
     /// Box in which the body's particles are fixed.
     #[serde(rename = "box")]
     pub bounds: Option<AxisBox>,
-    /// Ball on whose arc the body ends, held there: what of the body is inside is left out; two dimensions
-    /// only.
+    /// Ball on whose arc the body ends, held there by fixed points: what of the body is inside is left out;
+    /// quadratic gradient, two dimensions only.
     pub circle: Option<Ball>,
 }
 
@@ -391,45 +393,4 @@ pub struct Reference {
     pub low: Option<Vec<f64>>,
     /// Upper border of the values; the values themselves if left out.
     pub high: Option<Vec<f64>>,
-}
-
-impl From<resolved::Start> for Participant {
-    fn from(start: resolved::Start) -> Self {
-        match start {
-            resolved::Start::Own => Self { start: Some(StartWord::Own), ..Self::default() },
-            resolved::Start::ByHand => Self { start: Some(StartWord::ByHand), ..Self::default() },
-            resolved::Start::Command(command) => Self { command: Some(command), ..Self::default() },
-            resolved::Start::Fmu(unit) => {
-                let Unit { file, variables, parameters, record } = *unit;
-                Self { fmu: Some(file), variables, parameters, record, ..Self::default() }
-            }
-        }
-    }
-}
-
-impl From<resolved::Probe> for Probe {
-    fn from(probe: resolved::Probe) -> Self {
-        let empty = Self {
-            name: probe.name,
-            on: ProbeSide::Fluid,
-            quantity: probe.quantity,
-            at: None,
-            bounds: None,
-            body: None,
-            wall: None,
-        };
-        let (structure, wall_side) = (ProbeSide::Structure, ProbeSide::Wall);
-        match probe.target {
-            ProbeTarget::StructurePoint { body, at } => {
-                Self { on: structure, at: Some(at), body: Some(body), ..empty }
-            }
-            ProbeTarget::Body(body) => Self { on: structure, body: Some(body), ..empty },
-            ProbeTarget::FluidPoint(at) => Self { at: Some(at), ..empty },
-            ProbeTarget::FluidBox(bounds) => Self { bounds, ..empty },
-            ProbeTarget::WallPoint { wall, at } => {
-                Self { on: wall_side, at: Some(at), wall: Some(wall), ..empty }
-            }
-            ProbeTarget::Wall(wall) => Self { on: wall_side, wall: Some(wall), ..empty },
-        }
-    }
 }

@@ -40,7 +40,8 @@ face = "left"
 const SUB_STEPS: u32 = 100;
 
 fn boundary(criterion: &mut Criterion) {
-    let case = Case::parse(BEAM, Path::new("case.toml"), &[]).expect("the case is sound");
+    let case = Case::parse(BEAM, Path::new("case.toml"), &[], &[structure::participant::SECTIONS])
+        .expect("the case is sound");
     let mut group = criterion.benchmark_group("a step of 3,000 particles");
     let mut native = structure::participant::without_snapshots(&case).expect("the case is sound");
     let mut inputs = native.describe().fields(Direction::In, 0);

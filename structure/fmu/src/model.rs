@@ -294,14 +294,12 @@ impl Model {
 
     fn parameter(&self, parameter: Parameter) -> f64 {
         let structure = self.case.structure.as_ref();
-        let of_case = structure.map_or(f64::NAN, |s| match parameter {
-            Parameter::YoungsModulus => s.material.youngs_modulus,
-            Parameter::PoissonRatio => s.material.poisson_ratio,
-            Parameter::Density => s.material.density,
-            Parameter::ParticleSpacing => s.particle_spacing,
-            Parameter::Damping => s.numerics.damping,
+        let of_case = structure.and_then(|s| match parameter {
+            Parameter::ParticleSpacing => Some(s.particle_spacing),
+            Parameter::Damping => s.numerics.get(parameter.name())?.as_float(),
+            _ => s.material.get(parameter.name())?.as_float(),
         });
-        self.parameters.get(&parameter).copied().unwrap_or(of_case)
+        self.parameters.get(&parameter).copied().or(of_case).unwrap_or(f64::NAN)
     }
 
     fn at_point(&self, name: &str, point: usize, component: usize) -> f64 {
@@ -396,7 +394,9 @@ pub struct Saved {
 fn read(resources: &Resources, parameters: &BTreeMap<Parameter, f64>) -> Result<Case, ModelError> {
     let overrides: Vec<String> =
         parameters.iter().map(|(parameter, value)| format!("{}={value:?}", parameter.key())).collect();
-    Case::parse(&resources.case, Path::new(crate::resources::CASE), &overrides).map_err(ModelError::Case)
+    let file = Path::new(crate::resources::CASE);
+    Case::parse(&resources.case, file, &overrides, &[structure::participant::SECTIONS])
+        .map_err(ModelError::Case)
 }
 
 fn fields(description: &Description) -> (Fields, Fields) {

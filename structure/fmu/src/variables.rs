@@ -67,7 +67,8 @@ impl Parameter {
         }
     }
 
-    fn name(self) -> &'static str {
+    /// The last part of the key.
+    pub fn name(self) -> &'static str {
         self.key().rsplit('.').next().expect("a key has a last part")
     }
 

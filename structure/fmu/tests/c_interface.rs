@@ -84,7 +84,8 @@ struct Unit {
 impl Unit {
     fn new(points: Option<Vec<Vec<f64>>>) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let case = Case::parse(PLATE, Path::new("case.toml"), &[]).unwrap();
+        let case =
+            Case::parse(PLATE, Path::new("case.toml"), &[], &[structure::participant::SECTIONS]).unwrap();
         let resources = Resources::new(&case, points.map(|points| Points { points }));
         std::fs::write(folder.path().join("case.toml"), &resources.case).unwrap();
         if let Some(points) = resources.points_text() {
@@ -198,7 +199,7 @@ fn load(step: usize) -> Vec<f64> {
 
 /// Positions after each of `steps` steps of the native participant.
 fn native(steps: usize) -> Vec<Vec<f64>> {
-    let case = Case::parse(PLATE, Path::new("case.toml"), &[]).unwrap();
+    let case = Case::parse(PLATE, Path::new("case.toml"), &[], &[structure::participant::SECTIONS]).unwrap();
     let mut structure = structure::participant::without_snapshots(&case).unwrap();
     let mut inputs = structure.describe().fields(Direction::In, 0);
     let mut outputs = structure.describe().fields(Direction::Out, 0);

@@ -14,41 +14,52 @@ pub(crate) use law::{ConstitutiveLaw, Elasticity};
 pub(crate) use neo_hookean::NeoHookean;
 pub(crate) use st_venant_kirchhoff::StVenantKirchhoff;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 use sph::Matrix;
 
-/// The constitutive law.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// Stress–strain law.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub enum Law {
-    /// The paper's: Cauchy stress from Almansi strain by Hooke's law, Eqs. (37)–(41).
-    #[default]
+    /// The paper's: Cauchy stress from Almansi strain by Hooke's law, Eqs. (37)–(41). It has no potential and may
+    /// gain energy in long runs without damping.
     AlmansiHooke,
     /// St. Venant–Kirchhoff: second Piola–Kirchhoff stress from Green–Lagrange strain by Hooke's law.
+    #[serde(rename = "saint-venant-kirchhoff")]
     StVenantKirchhoff,
     /// Compressible neo-Hookean, `ψ = μ/2 (tr C − 3 − 2 ln J) + λ/2 (ln J)²`.
     NeoHookean,
 }
 
-/// What two dimensions mean; without effect in three.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// How two dimensions stand for three.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Plane {
     /// No strain out of the plane, Eq. (37).
-    #[default]
+    #[serde(rename = "plane-strain")]
     Strain,
     /// No stress out of the plane, Eq. (38).
+    #[serde(rename = "plane-stress")]
     Stress,
+    /// Three dimensions: no assumption.
+    #[serde(rename = "three-dimensional")]
+    ThreeDimensional,
 }
 
 /// An isotropic elastic material.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Material {
-    /// Constitutive law.
+    /// Stress–strain law.
     pub law: Law,
-    /// Plane strain or plane stress.
-    pub plane: Plane,
-    /// Young's modulus `E` (Pa).
+    /// Young's modulus E (Pa).
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub youngs_modulus: f64,
-    /// Poisson's ratio `ν`.
+    /// Poisson's ratio ν; over −1 and under 0.5, in plane stress at most 0.5.
+    #[serde(rename = "poisson_ratio")]
     pub poissons_ratio: f64,
+    /// How two dimensions stand for three; in three dimensions `"three-dimensional"` if left out.
+    #[serde(rename = "assumption")]
+    pub plane: Plane,
 }
 
 impl Material {

@@ -4,6 +4,7 @@
 //! energies.
 
 mod error;
+mod section;
 mod setup;
 mod snapshot;
 
@@ -17,17 +18,19 @@ use crate::tlsph::total_lagrangian::TotalLagrangian;
 use error::failed;
 use interfaces::case::Case;
 use interfaces::case::coupling::LoadInWindow;
-use interfaces::case::resolved::{Probe, ProbeQuantity, ProbeTarget};
+use interfaces::case::resolved::{Probe, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
     Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar,
     ScalarKind, SubSteps, TimeWindow, WindowReport,
 };
+pub use section::SECTIONS;
 use snapshot::Snapshots;
 use sph::Vector;
 use std::path::Path;
 use std::time::Instant;
 use words::bytes;
+use words::probe::ProbeQuantity;
 
 /// Most sub-steps in a window of a structure without a partner, which nobody else limits: its stable step is
 /// found between windows.

@@ -1,16 +1,17 @@
 //! From the case to the structure's setup and initial velocities.
 
 use super::error::failed;
+use super::section;
+use super::section::Elastic;
 use crate::bodies::filling::{Filling, rectangle, without_disc};
-use crate::{Body, Cell, DeadLoad, Gradient, History, Law, Material, MaterialPoint, Plane, Setup, Side};
+use crate::{Body, Cell, DeadLoad, History, MaterialPoint, Setup, Side};
 use interfaces::ParticipantError;
-use interfaces::case::numerics::GradientOperator;
-use interfaces::case::resolved::{
-    self, Assumption, CantileverVelocity, Clamp, ClampRegion, InitialVelocity, LoadTarget, MaterialLaw,
-};
-use interfaces::case::{AxisBox, Case, Face};
+use interfaces::case::resolved::{self, Clamp, ClampRegion, LoadTarget};
+use interfaces::case::velocity::{CantileverVelocity, InitialVelocity};
+use interfaces::case::{AxisBox, Case};
 use sph::lattice::Lattice;
 use sph::{Matrix, Vector};
+use words::geometry::Face;
 
 /// A setup, and the velocities (m/s) of all its particles at the start.
 pub struct Made<const D: usize> {
@@ -24,12 +25,12 @@ const TOUCHING: f64 = 1e-6;
 /// The setup that the case describes.
 pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantError> {
     let structure = case.structure.as_ref().ok_or_else(|| failed("the case has no structure"))?;
-    let material = material(&structure.material);
+    let Elastic { material, density } =
+        section::material(&structure.material, case.general.dimension).map_err(failed)?;
     let (mut bodies, mut velocities) = (Vec::new(), Vec::new());
     for part in &structure.bodies {
         let (low, high) = corners::<D>(&part.bounds);
-        let mut body =
-            Body::block(low, high, structure.particle_spacing, material, structure.material.density);
+        let mut body = Body::block(low, high, structure.particle_spacing, material, density);
         let clamps: Vec<&Clamp> = structure.clamps.iter().filter(|c| c.body == part.name).collect();
         let mut arcs = Vec::new();
         if off_lattice(part, &clamps) {
@@ -69,14 +70,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
     }
     let mut setup = Setup::new(bodies);
     setup.gravity = Vector::from_column_slice(&case.general.gravity);
-    setup.options.gradient = match structure.numerics.gradient {
-        GradientOperator::FirstOrder => Gradient::FirstOrder,
-        GradientOperator::Quadratic => Gradient::Quadratic,
-    };
-    setup.options.smoothing_ratio = structure.numerics.smoothing_ratio;
-    setup.options.damping = structure.numerics.damping;
-    setup.options.step_fraction = structure.numerics.step_fraction;
-    setup.options.hourglass = structure.numerics.hourglass;
+    setup.options = section::options(&structure.numerics).map_err(failed)?;
     let mut first = 0;
     for (part, body) in structure.bodies.iter().zip(&setup.bodies) {
         for load in structure.loads.iter().filter(|l| l.body == part.name) {
@@ -87,22 +81,6 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
     Ok(Made { setup, velocities })
 }
 
-fn material(from: &resolved::Material) -> Material {
-    Material {
-        law: match from.law {
-            MaterialLaw::AlmansiHooke => Law::AlmansiHooke,
-            MaterialLaw::SaintVenantKirchhoff => Law::StVenantKirchhoff,
-            MaterialLaw::NeoHookean => Law::NeoHookean,
-        },
-        plane: match from.assumption {
-            Assumption::PlaneStress => Plane::Stress,
-            Assumption::PlaneStrain | Assumption::ThreeDimensional => Plane::Strain,
-        },
-        youngs_modulus: from.youngs_modulus,
-        poissons_ratio: from.poisson_ratio,
-    }
-}
-
 fn corners<const D: usize>(bounds: &AxisBox) -> (Vector<D>, Vector<D>) {
     (Vector::from_column_slice(&bounds.low), Vector::from_column_slice(&bounds.high))
 }
@@ -110,7 +88,7 @@ fn corners<const D: usize>(bounds: &AxisBox) -> (Vector<D>, Vector<D>) {
 /// Points on a face of a box, about `spacing` (m) apart: centres of the cells that tile it.
 fn face_points<const D: usize>(face: Face, of: &AxisBox, spacing: f64) -> Vec<Vector<D>> {
     let (mut low, mut high) = corners::<D>(of);
-    let (axis, coordinate) = (face.axis(), face.coordinate(of));
+    let (axis, coordinate) = (face.axis(), of.coordinate(face));
     // One cell thick about the face: its cell centres lie on the face.
     (low[axis], high[axis]) = (coordinate - 0.5 * spacing, coordinate + 0.5 * spacing);
     Lattice::fill_box(low, high, spacing).positions
@@ -173,7 +151,7 @@ fn velocity<const D: usize>(from: &InitialVelocity, bounds: &AxisBox, position: 
         InitialVelocity::Uniform(velocity) => Vector::from_column_slice(velocity),
         InitialVelocity::Mode(mode) => {
             let from_clamp =
-                (position[mode.clamped_face.axis()] - mode.clamped_face.coordinate(bounds)).abs();
+                (position[mode.clamped_face.axis()] - bounds.coordinate(mode.clamped_face)).abs();
             let length = bounds.extent()[mode.clamped_face.axis()];
             cantilever(mode, from_clamp, length)
         }

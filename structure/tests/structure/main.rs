@@ -1,7 +1,6 @@
 //! The structure as a library: operators, motion, statics and coarse benchmark cases.
 
 mod cases;
-mod defaults;
 mod motion;
 mod operators;
 mod statics;

@@ -1,6 +1,7 @@
 //! The fluid by itself.
 
-use super::{Findings, check_box, check_filled_box, check_names, check_participant, is_own};
+use super::parts::{check_box, check_filled_box, check_names, check_participant, is_own};
+use crate::case::findings::Findings;
 use crate::case::region::FluidVelocity;
 use crate::case::resolve::{default_characteristic_speed, region_shape};
 use crate::case::typed::{Fluid, General, Region, Wall, WallMotion};
@@ -11,7 +12,7 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     check_names("fluid.wall", fluid.wall.iter().map(|wall| wall.name.as_str()), findings);
     check_participant("fluid", &fluid.participant, findings);
     let domain_is_box = check_box("fluid.domain", &fluid.domain, findings);
-    check_periodic(fluid, spacing, case.dimension, findings);
+    check_periodic(fluid, case.dimension, findings);
     for (i, region) in fluid.region.iter().enumerate() {
         let key = format!("fluid.region.{i}");
         check_region(&key, region, case.dimension, findings);
@@ -34,10 +35,6 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     if fluid.region.is_empty() && is_own(&fluid.participant) {
         findings.add("fluid", "there is no fluid in it", "add a [[fluid.region]]");
     }
-    let thresholds = fluid.numerics.resolve().surface_thresholds;
-    if thresholds[0] >= thresholds[1] {
-        findings.add("fluid.numerics.surface_thresholds", "do not grow", "write the lower threshold first");
-    }
     let gravity = case.gravity.as_deref().unwrap_or(&[]);
     let needs_speed =
         fluid.characteristic_speed.is_none() && is_own(&fluid.participant) && !fluid.region.is_empty();
@@ -50,27 +47,13 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     }
 }
 
-/// Two supports of the widest kernel in use, 2 · 1.2 Δx, as room for one: a pair of particles meets once.
-fn check_periodic(fluid: &Fluid, spacing: f64, dimension: u32, findings: &mut Findings) {
+fn check_periodic(fluid: &Fluid, dimension: u32, findings: &mut Findings) {
     for (i, axis) in fluid.periodic.iter().enumerate() {
         let key = format!("fluid.periodic.{i}");
-        let index = axis.index();
-        if index >= dimension as usize {
+        if axis.index() >= dimension as usize {
             findings.add(key, "is an axis in three dimensions", "take \"x\" or \"y\"");
-            continue;
-        }
-        if fluid.periodic[..i].contains(axis) {
+        } else if fluid.periodic[..i].contains(axis) {
             findings.add(key, "is there already", "leave it out");
-            continue;
-        }
-        let length = fluid.domain.high[index] - fluid.domain.low[index];
-        let least = 4.0 * fluid.numerics.resolve().smoothing_ratio * spacing;
-        if length < least {
-            findings.add(
-                key,
-                format!("fluid.domain is too short to repeat: {length} m"),
-                format!("take at least four smoothing lengths, {least} m"),
-            );
         }
     }
 }

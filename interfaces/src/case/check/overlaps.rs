@@ -1,10 +1,11 @@
 //! No two things in one place. Touching is no overlap.
 
-use super::Findings;
-use crate::case::geometry::{AxisBox, Side};
+use crate::case::findings::Findings;
+use crate::case::geometry::AxisBox;
 use crate::case::resolve::beyond;
 use crate::case::typed::{CaseFile, Fluid, Region, Wall};
 use std::borrow::Cow;
+use words::geometry::Side;
 
 /// Depth of an overlap that counts, as a fraction of the particle spacing: over round-off in coordinates that
 /// are meant to be the same, and far under what a particle would notice.
@@ -115,8 +116,7 @@ fn clamps_in_fluid(file: &CaseFile, regions: &[Part<'_>], tolerance: f64, findin
             continue;
         }
         let cells = body.bounds.lattice_counts(spacing)[face.axis()] as f64;
-        let rows = clamp.rows.map_or(structure.numerics.gradient.clamp_rows(), |rows| rows as usize);
-        let depth = rows as f64 * body.bounds.extent()[face.axis()] / cells;
+        let depth = f64::from(clamp.rows.unwrap_or(0)) * body.bounds.extent()[face.axis()] / cells;
         let rows = beyond(&body.bounds, face, depth);
         for region in regions.iter().filter(|region| rows.overlaps(&region.bounds, tolerance)) {
             findings.add(

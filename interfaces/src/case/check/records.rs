@@ -1,10 +1,10 @@
 //! Probes and references.
 
-use super::structure::remedy_for_name;
-use super::{Findings, check_box, check_names};
-use crate::case::nearest::nearest;
-use crate::case::resolved::ProbeQuantity;
+use super::parts::{check_box, check_names};
+use crate::case::findings::Findings;
+use crate::case::nearest::{nearest, remedy_for_name};
 use crate::case::typed::{CaseFile, Probe, ProbeSide, Reference, Wall};
+use words::probe::ProbeQuantity;
 
 pub(super) fn check(file: &CaseFile, findings: &mut Findings) {
     check_names("probe", file.probe.iter().map(|probe| probe.name.as_str()), findings);

@@ -1,10 +1,10 @@
 //! The structure by itself.
 
-use super::{Findings, check_box, check_face, check_filled_box, check_names, check_participant, is_own};
-use crate::case::nearest::nearest;
-use crate::case::numerics::GradientOperator;
-use crate::case::resolved::{Assumption, InitialVelocity};
-use crate::case::typed::{Body, Clamp, General, Load, Material, Structure};
+use super::parts::{check_box, check_face, check_filled_box, check_names, check_participant, is_own};
+use crate::case::findings::Findings;
+use crate::case::nearest::remedy_for_name;
+use crate::case::typed::{Body, Clamp, General, Load, Structure};
+use crate::case::velocity::InitialVelocity;
 
 pub(super) fn check(structure: &Structure, case: &General, findings: &mut Findings) {
     let spacing = structure.particle_spacing.unwrap_or(case.particle_spacing);
@@ -12,7 +12,6 @@ pub(super) fn check(structure: &Structure, case: &General, findings: &mut Findin
     check_names("structure.clamp", structure.clamp.iter().map(|clamp| clamp.name.as_str()), findings);
     check_names("structure.load", structure.load.iter().map(|load| load.name.as_str()), findings);
     check_participant("structure", &structure.participant, findings);
-    check_material(&structure.material, case.dimension, findings);
     if structure.body.is_empty() && is_own(&structure.participant) {
         findings.add("structure", "there is no body in it", "add a [[structure.body]]");
     }
@@ -39,36 +38,6 @@ pub(super) fn check(structure: &Structure, case: &General, findings: &mut Findin
     }
 }
 
-fn check_material(material: &Material, dimension: u32, findings: &mut Findings) {
-    let assumption = match (dimension, material.assumption) {
-        (2, Some(Assumption::ThreeDimensional)) => {
-            let remedy = "take \"plane-strain\" or \"plane-stress\"";
-            findings.add("structure.material.assumption", "does not fit two dimensions", remedy);
-            return;
-        }
-        (2, assumption) => assumption.unwrap_or(Assumption::PlaneStrain),
-        (_, Some(Assumption::PlaneStrain | Assumption::PlaneStress)) => {
-            findings.add("structure.material.assumption", "does not fit three dimensions", "leave it out");
-            return;
-        }
-        _ => Assumption::ThreeDimensional,
-    };
-    let ratio = material.poisson_ratio;
-    let plane_stress = assumption == Assumption::PlaneStress;
-    if ratio <= -1.0 || ratio > 0.5 || (ratio == 0.5 && !plane_stress) {
-        let (range, model) = match assumption {
-            Assumption::PlaneStress => ("over -1 and at most 0.5", "plane stress"),
-            Assumption::PlaneStrain => ("over -1 and under 0.5", "plane strain"),
-            Assumption::ThreeDimensional => ("over -1 and under 0.5", "three dimensions"),
-        };
-        findings.add(
-            "structure.material.poisson_ratio",
-            format!("must be {range} in {model}"),
-            "take 0.3 for metals, 0.4 to 0.49 for rubber",
-        );
-    }
-}
-
 /// The body of that name; says so where there is none.
 fn body_named<'a>(
     key: &str,
@@ -91,18 +60,6 @@ fn names(structure: &Structure) -> Vec<&str> {
     structure.body.iter().map(|body| body.name.as_str()).collect()
 }
 
-/// "did you mean", or what there is.
-pub(super) fn remedy_for_name(name: &str, known: &[&str], section: &str) -> String {
-    match (nearest(name, known.iter().copied()), known) {
-        (Some(meant), _) => format!("did you mean \"{meant}\"?"),
-        (None, []) => format!("add a {section} of that name"),
-        (None, known) => {
-            let known: Vec<_> = known.iter().map(|name| format!("\"{name}\"")).collect();
-            format!("there is {}", known.join(", "))
-        }
-    }
-}
-
 fn check_clamp(key: &str, clamp: &Clamp, structure: &Structure, dimension: u32, findings: &mut Findings) {
     let body = body_named(key, &clamp.body, structure, findings);
     check_face(&format!("{key}.face"), clamp.face, dimension, findings);
@@ -120,23 +77,8 @@ fn check_clamp(key: &str, clamp: &Clamp, structure: &Structure, dimension: u32, 
     if clamp.face.is_none() && clamp.rows.is_some() {
         findings.add(format!("{key}.rows"), "is for a clamped face", "leave it out");
     }
-    let gradient = structure.numerics.gradient;
-    let rows = clamp.rows.map_or(gradient.clamp_rows(), |rows| rows as usize);
-    if clamp.face.is_some() && rows > 0 && body.is_some_and(|body| body.is_off_lattice(&structure.clamp)) {
-        findings.add(
-            key,
-            "its fixed rows would go on with a lattice that the body has not",
-            "take the quadratic gradient and rows = 0, or a box",
-        );
-    }
     if clamp.circle.is_some() && dimension != 2 {
         findings.add(format!("{key}.circle"), "is for two dimensions", "take face or box");
-    } else if clamp.circle.is_some() && gradient == GradientOperator::FirstOrder {
-        findings.add(
-            format!("{key}.circle"),
-            "is held by fixed points, which the first-order gradient does not see",
-            "take the quadratic gradient, or a box",
-        );
     }
     match &clamp.bounds {
         None => {}

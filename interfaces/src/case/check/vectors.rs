@@ -1,10 +1,10 @@
 //! Vectors have as many numbers as the case has dimensions.
 
-use super::Findings;
+use crate::case::findings::Findings;
 use crate::case::geometry::AxisBox;
 use crate::case::region::FluidVelocity;
-use crate::case::resolved::InitialVelocity;
 use crate::case::typed::CaseFile;
+use crate::case::velocity::InitialVelocity;
 
 struct Vectors<'a> {
     dimension: usize,

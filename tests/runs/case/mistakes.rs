@@ -42,10 +42,10 @@ const ROWS: &[(&str, &str, &str)] = &[
      "line 28: structure.material.law = \"neo_hookian\": is none of \"almansi-hooke\", \"saint-venant-kirchhoff\", \"neo-hookean\"; did you mean \"neo-hookean\"?"),
     ("[[probe]]",
      "[coupling]\nsub_steps = \"some\"\n[[probe]]",
-     "line 50: coupling.sub_steps = \"some\": must be a whole number or \"stable\"; its meaning: sub-steps of the structure in a window; 100 if left out"),
+     "line 50: coupling.sub_steps = \"some\": must be a whole number or \"stable\"; its meaning: sub-steps of the structure in a window, or `\"stable\"`: as many as its stability asks, which is found anew as it is strained"),
     ("[[probe]]",
      "[coupling]\nsub_steps = true\n[[probe]]",
-     "line 50: coupling.sub_steps = true: is true or false, but must be a whole number or \"stable\"; its meaning: sub-steps of the structure in a window; 100 if left out"),
+     "line 50: coupling.sub_steps = true: is true or false, but must be a whole number or \"stable\"; its meaning: sub-steps of the structure in a window, or `\"stable\"`: as many as its stability asks, which is found anew as it is strained"),
     // Numbers.
     ("density = 1000.0",
      "density = -5",
@@ -305,7 +305,7 @@ fn text_that_is_no_toml_is_told_with_its_line() {
 
 #[test]
 fn a_file_that_is_not_there_is_named() {
-    let errors = Case::load(Path::new("no/such/case.toml"), &[]).unwrap_err();
+    let errors = Case::load(Path::new("no/such/case.toml"), &[], &[]).unwrap_err();
     let message = errors.to_string();
     assert!(message.starts_with("no/such/case.toml: 1 mistake:\n  cannot be read: "), "{message}");
 }

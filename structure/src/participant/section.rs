@@ -1,0 +1,142 @@
+//! `[structure.numerics]` and `[structure.material]`: [`Options`] and [`Material`] as sections of the case.
+
+use crate::materials::{Material, Plane};
+use crate::options::{Gradient, Options};
+use interfaces::case::section::{Json, Sections, and_with, laid_over, schema_of, to_table};
+use interfaces::case::{Findings, typed};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use toml::Table;
+
+/// What this solver brings to the case file.
+pub const SECTIONS: Sections = Sections {
+    schemas: &[("structure.numerics", numerics_schema), ("structure.material", material_schema)],
+    resolve,
+};
+
+/// Material of all bodies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[schemars(extend("additionalProperties" = false))]
+pub struct Elastic {
+    /// The material itself.
+    #[serde(flatten)]
+    pub material: Material,
+    /// Density in the reference configuration (kg/m³).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub density: f64,
+}
+
+fn numerics_schema() -> Json {
+    let schema = schema_of::<Options>(&to_table(&Options::default()));
+    let mut first_order = to_table(&Options::of(Gradient::FirstOrder));
+    first_order.remove("gradient");
+    and_with(schema, "gradient = \"first-order\"", &first_order)
+}
+
+fn material_schema() -> Json {
+    schema_of::<Elastic>(&assumption(Plane::Strain))
+}
+
+fn assumption(plane: Plane) -> Table {
+    to_table(&std::collections::BTreeMap::from([("assumption", plane)]))
+}
+
+/// The options of a section in which keys may be left out: they are as the gradient has them.
+///
+/// # Errors
+/// A key or value that is none; a checked case has none.
+pub fn options(written: &Table) -> Result<Options, toml::de::Error> {
+    let gradient = laid_over::<Options>(&to_table(&Options::default()), written)?.gradient;
+    laid_over(&to_table(&Options::of(gradient)), written)
+}
+
+/// The material of a section in which the assumption may be left out.
+///
+/// # Errors
+/// A key or value that is none; a checked case has none.
+pub fn material(written: &Table, dimension: usize) -> Result<Elastic, toml::de::Error> {
+    let plane = if dimension == 2 { Plane::Strain } else { Plane::ThreeDimensional };
+    laid_over(&assumption(plane), written)
+}
+
+fn resolve(file: &mut typed::CaseFile, findings: &mut Findings) {
+    let dimension = file.case.dimension;
+    let Some(structure) = &mut file.structure else { return };
+    match material(&structure.material, dimension as usize) {
+        Ok(material) => {
+            structure.material = to_table(&material);
+            check_material(&material.material, dimension, findings);
+        }
+        Err(error) => findings.add("structure.material", error.message(), "compare it with the schema"),
+    }
+    match options(&structure.numerics) {
+        Ok(options) => {
+            structure.numerics = to_table(&options);
+            resolve_clamps(structure, options.gradient, dimension, findings);
+        }
+        Err(error) => findings.add("structure.numerics", error.message(), "compare it with the schema"),
+    }
+}
+
+fn check_material(material: &Material, dimension: u32, findings: &mut Findings) {
+    match (dimension, material.plane) {
+        (2, Plane::ThreeDimensional) => {
+            let remedy = "take \"plane-strain\" or \"plane-stress\"";
+            return findings.add("structure.material.assumption", "does not fit two dimensions", remedy);
+        }
+        (3, Plane::Strain | Plane::Stress) => {
+            let problem = "does not fit three dimensions";
+            return findings.add("structure.material.assumption", problem, "leave it out");
+        }
+        _ => {}
+    }
+    let ratio = material.poissons_ratio;
+    let plane_stress = material.plane == Plane::Stress;
+    if ratio <= -1.0 || ratio > 0.5 || (ratio == 0.5 && !plane_stress) {
+        let (range, model) = match material.plane {
+            Plane::Stress => ("over -1 and at most 0.5", "plane stress"),
+            Plane::Strain => ("over -1 and under 0.5", "plane strain"),
+            Plane::ThreeDimensional => ("over -1 and under 0.5", "three dimensions"),
+        };
+        findings.add(
+            "structure.material.poisson_ratio",
+            format!("must be {range} in {model}"),
+            "take 0.3 for metals, 0.4 to 0.49 for rubber",
+        );
+    }
+}
+
+/// Clamps as the gradient wants them: on the face itself for the quadratic one; by rows as deep as its support
+/// for the first-order one, which does not see fixed points.
+fn resolve_clamps(
+    structure: &mut typed::Structure,
+    gradient: Gradient,
+    dimension: u32,
+    findings: &mut Findings,
+) {
+    let usual = match gradient {
+        Gradient::Quadratic => 0,
+        Gradient::FirstOrder => 3,
+    };
+    for clamp in structure.clamp.iter_mut().filter(|clamp| clamp.face.is_some()) {
+        clamp.rows.get_or_insert(usual);
+    }
+    for (i, clamp) in structure.clamp.iter().enumerate() {
+        let key = format!("structure.clamp.{i}");
+        let kinds = [clamp.face.is_some(), clamp.bounds.is_some(), clamp.circle.is_some()];
+        if kinds.iter().filter(|is_there| **is_there).count() > 1 {
+            // Two clamps in one, which is reported elsewhere.
+            continue;
+        }
+        let mut bodies = structure.body.iter().filter(|body| body.name == clamp.body);
+        let off_lattice = bodies.next().is_some_and(|body| body.is_off_lattice(&structure.clamp));
+        if clamp.face.is_some() && clamp.rows != Some(0) && off_lattice {
+            let problem = "its fixed rows would go on with a lattice that the body has not";
+            findings.add(&key, problem, "take the quadratic gradient and rows = 0, or a box");
+        }
+        if clamp.circle.is_some() && dimension == 2 && gradient == Gradient::FirstOrder {
+            let problem = "is held by fixed points, which the first-order gradient does not see";
+            findings.add(format!("{key}.circle"), problem, "take the quadratic gradient, or a box");
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! Names of what solvers report of accepted windows, where records and report look for them.
+
+/// Kinetic energy (J).
+pub const KINETIC_ENERGY: &str = "kinetic_energy";
+/// Potential energy of gravity (J).
+pub const POTENTIAL_ENERGY: &str = "potential_energy";
+/// Elastic energy of strain (J).
+pub const STRAIN_ENERGY: &str = "strain_energy";
+/// Energy that damping took (J).
+pub const DISSIPATED_ENERGY: &str = "dissipated_energy";
+/// Work of all loads, gravity among them (J).
+pub const LOAD_WORK: &str = "load_work";
+/// Change of the fluid's volume over that at the start.
+pub const VOLUME_DRIFT: &str = "volume_drift";
+/// Particles that left the domain.
+pub const PARTICLES_LEFT: &str = "particles_left";
+/// Particles that were lost inside a wall or the structure.
+pub const PARTICLES_LOST: &str = "particles_lost";
+
+/// Energies whose sum over both sides is that of the whole.
+pub const ENERGIES: [&str; 3] = [KINETIC_ENERGY, POTENTIAL_ENERGY, STRAIN_ENERGY];
