@@ -288,3 +288,55 @@ fn one_transport_knows_iceoryx2() {
         assert!(!text.contains("use iceoryx2::"), "{}", file.display());
     }
 }
+
+/// Every path in the table of what to touch is a file or folder of the repository.
+#[test]
+fn what_to_touch_is_there() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read_to_string(root.join("ARCHITECTURE.md")).expect("the map");
+    let table = text.split("## To change X, touch Y").nth(1).expect("the table").split("\n## ").next();
+    let rows: Vec<&str> =
+        table.expect("its rows").lines().filter(|line| line.starts_with("| ")).skip(1).collect();
+    assert!(rows.len() > 10, "{} rows", rows.len());
+    for row in rows {
+        let paths: Vec<&str> = row.split('`').skip(1).step_by(2).collect();
+        assert!(!paths.is_empty(), "no path in: {row}");
+        for path in paths {
+            assert!(root.join(path).exists(), "{path} is not there: {row}");
+        }
+    }
+}
+
+/// Comments are read beside each other: they wrap where code does. Tables, diagrams and single words that are
+/// longer stay as they are.
+#[test]
+fn comments_wrap_at_110_columns() {
+    let rooms = [
+        "words",
+        "sph",
+        "interfaces",
+        "output",
+        "fluid",
+        "structure",
+        "structure/fmu",
+        "coupler",
+        "coupler/fmu",
+        "validation",
+        "tests/partners",
+        ".",
+    ];
+    let mut wide = Vec::new();
+    for file in rooms.into_iter().flat_map(rust_files) {
+        let text = fs::read_to_string(&file).expect("a readable source");
+        let mut in_fence = false;
+        for (number, line) in text.lines().enumerate() {
+            let Some(comment) = line.trim_start().strip_prefix("//") else { continue };
+            let words = comment.trim_start_matches(['/', '!']).trim();
+            in_fence ^= words.starts_with("```");
+            if line.chars().count() > 110 && !in_fence && !words.starts_with('|') && words.contains(' ') {
+                wide.push(format!("{}:{}", file.display(), number + 1));
+            }
+        }
+    }
+    assert!(wide.is_empty(), "comments wider than 110 columns:\n{}", wide.join("\n"));
+}

@@ -3,9 +3,10 @@
 //!
 //! The structure names its own points, such as the vertices of a boundary mesh, and its facets. The fluid
 //! meets particles on a lattice in the bodies of the case. Motion goes to them by the weights of a
-//! [mapping](crate::mapping) (`u_t = Σ W_ts u_s`, of displacements since the weights were made); loads on them come back by
-//! the transpose, as forces: force, moment and power are kept. A rigid motion stays one. Everything between
-//! fluid and structure is on the fluid's side of the mapping: condition (46), acceleration, records.
+//! [mapping](crate::mapping) (`u_t = Σ W_ts u_s`, of displacements since the weights were made); loads on
+//! them come back by the transpose, as forces: force, moment and power are kept. A rigid motion stays one.
+//! Everything between fluid and structure is on the fluid's side of the mapping: condition (46),
+//! acceleration, records.
 
 pub mod fluid;
 mod weights;

@@ -46,10 +46,11 @@
 //! `u*_s = u_s + ½Δt g_held/ρ_s`, and the structure takes part in the pressure solve with its mass: it yields
 //! by `−½Δt g_s/ρ_s` (`compliance`). With the velocity at the window's end ([`StructureVelocity::End`]) the
 //! halves are ones; why the mean is met by default stands in `docs/decisions/0003-mean-velocity.md`. The load
-//! is the transpose of the divergence through which `u_s` enters, so [`InterfaceOutput`] holds `R_s = g_s` to
-//! rounding next to the structure, where the fluid moves by the symmetric gradient alone. Contact (particles
-//! of known pressure that would run into the structure) and no-slip friction are counted in `R_s` and are
-//! **not** part of `g_s`.
+//! is the transpose of the divergence through which `u_s` enters, with the share φ of Eq. (18) as a sum over
+//! the structure's surface ([`isph::interface_load`]), so [`InterfaceOutput`] holds `R_s = g_s` to rounding.
+//! Contact (particles of known pressure that would run into the structure) and no-slip friction are counted
+//! in `R_s` and are **not** part of `g_s`. How boundaries carry the pressure, and why water at rest stays at
+//! rest beside them, is in `docs/decisions/0012-boundary-gradient.md`.
 
 pub mod boundaries;
 pub mod error;

@@ -14,8 +14,8 @@ pub struct Outcome {
     pub converged: bool,
 }
 
-/// Report of a step; what a method does not have stays zero. Energies in J, impulses and momenta in kg m/s, of
-/// one metre of depth in two dimensions.
+/// Report of a step; what a method does not have stays zero. Energies in J, impulses and momenta in kg m/s,
+/// of one metre of depth in two dimensions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepReport<const D: usize> {
     /// Length of the step (s).

@@ -2,8 +2,8 @@
 //!
 //! Start at [`participant`], the contract every participant fulfils: our solvers in the same process, solvers
 //! behind shared memory, mocks, and whatever a user brings. [`lifecycle`] holds the one table of which call
-//! is legal when, [`guarded`] holds participants to it, [`port`] and [`fields`] what travels, [`window`] when. [`case`] is the case file. The bytes
-//! are in `docs/protocol.md`.
+//! is legal when, [`guarded`] holds participants to it, [`port`] and [`fields`] what travels, [`window`]
+//! when. [`case`] is the case file. The bytes are in `docs/protocol.md`.
 //!
 //! | term | meaning |
 //! |---|---|

@@ -64,8 +64,8 @@ impl NeighbourList {
         self.indices.iter_mut().for_each(|j| *j = names[*j as usize]);
     }
 
-    /// Appends pairs (row, neighbour), rows growing, behind those that each row has. Gives for each pair of the
-    /// new list whether it is one of them.
+    /// Appends pairs (row, neighbour), rows growing, behind those that each row has. Gives for each pair of
+    /// the new list whether it is one of them.
     pub fn append(&mut self, pairs: impl Iterator<Item = (u32, u32)>) -> Vec<bool> {
         let (mut indices, mut is_new) = (Vec::with_capacity(self.indices.len()), Vec::new());
         let mut pairs = pairs.peekable();

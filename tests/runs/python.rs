@@ -1,5 +1,5 @@
-//! A foreign program joins a run by what `docs/protocol.md` says: `docs/examples/spring_structure.py`, started
-//! by its case's `command` and told in its environment where to connect.
+//! A foreign program joins a run by what `docs/protocol.md` says: `docs/examples/spring_structure.py`,
+//! started by its case's `command` and told in its environment where to connect.
 //!
 //! Runs where `MENISCUS_PYTHON` names an interpreter with the package `iceoryx2` 0.10.0:
 //! `MENISCUS_PYTHON=python3 cargo test --test runs python`. Elsewhere it is skipped, and says so.

@@ -80,7 +80,8 @@ impl Acceleration {
         }
     }
 
-    /// Writes the method and what it remembers from window to window: constant relaxation and Aitken's nothing.
+    /// Writes the method and what it remembers from window to window: constant relaxation and Aitken's
+    /// nothing.
     pub fn save(&self, state: &mut Writer) {
         state.text(self.name());
         if let Self::QuasiNewton(quasi_newton) = self {

@@ -4,8 +4,8 @@
 //! The fluid names its own points, such as the wetted vertices of its mesh, where they are at the start
 //! (`own_position`). Each window it takes their displacement since then at the window's start, and their
 //! velocity over the window; it gives the force on each. Motion comes from the structure's particles by the
-//! weights of a [mapping](crate::mapping) (`u_t = Σ W_ts u_s`); forces go to them by the transpose, as the pressure
-//! gradients `∇p_s = −F_s/V_s`: force, moment and power are kept.
+//! weights of a [mapping](crate::mapping) (`u_t = Σ W_ts u_s`); forces go to them by the transpose, as the
+//! pressure gradients `∇p_s = −F_s/V_s`: force, moment and power are kept.
 
 use super::weights::{Weights, initialised};
 use crate::mapping::{Method, POINTS_PER_CLUSTER, Settings};

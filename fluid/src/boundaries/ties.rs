@@ -54,8 +54,8 @@ pub fn find<const D: usize>(
     }
 }
 
-/// Takes from the `velocities` (m/s) of pairs of fluid and wall, `walls` particles of it, what ties leave to the
-/// structure.
+/// Takes from the `velocities` (m/s) of pairs of fluid and wall, `walls` particles of it, what ties leave to
+/// the structure.
 pub fn leave_to_structure<const D: usize>(
     ties: &[Tie<D>],
     walls: usize,

@@ -56,10 +56,11 @@ impl<const D: usize> Carried<'_, D> {
 }
 
 /// `R_s` (Pa/m): `V_s R_s` is the force of particle s on the fluid, over all particles `a` around it
-/// `−V V_s [(1 − φ) (2 p_a + G_a·r_sa) + φ (2 p_a + slope_a·r_sa) B_a] ∇W_as`: the transpose of the divergence,
-/// and for the share φ of Eq. (18) a sum over the structure's surface that carries `p` from the particle to it.
-/// Eq. (18) leaves `2 p_a` out, since it vanishes over all that surrounds a particle; not over the structure
-/// alone. `whole` tells whether it counts: in the paper's scheme nothing but Eq. (18) moves the fluid.
+/// `−V V_s [(1 − φ) (2 p_a + G_a·r_sa) + φ (2 p_a + slope_a·r_sa) B_a] ∇W_as`: the transpose of the
+/// divergence, and for the share φ of Eq. (18) a sum over the structure's surface that carries `p` from the
+/// particle to it. Eq. (18) leaves `2 p_a` out, since it vanishes over all that surrounds a particle; not
+/// over the structure alone. `whole` tells whether it counts: in the paper's scheme nothing but Eq. (18)
+/// moves the fluid.
 pub fn pair_reactions<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     carried: &Carried<'_, D>,
@@ -84,9 +85,9 @@ pub fn pair_reactions<const D: usize>(
     });
 }
 
-/// Work (J) of a load `pressure_gradients` (Pa/m) on the fluid in `dt` (s), with the velocity that the structure
-/// comes to have under it: `u_s = u*_s − Δt c g_s`, `c` its compliance (m³/kg, nothing where it does not yield).
-/// That is the work which the structure gives.
+/// Work (J) of a load `pressure_gradients` (Pa/m) on the fluid in `dt` (s), with the velocity that the
+/// structure comes to have under it: `u_s = u*_s − Δt c g_s`, `c` its compliance (m³/kg, nothing where it
+/// does not yield). That is the work which the structure gives.
 pub fn structure_work<const D: usize>(
     (interface, compliance): (&InterfaceParticles, &[f64]),
     predicted: &[Vector<D>],
@@ -158,11 +159,12 @@ impl<const D: usize> WallForces<D> {
         }
     }
 
-    /// Adds the forces of the fluid's pressure, as [`pair_reactions`] has them of the structure: the transpose
-    /// of the divergence, and for the share φ of Eq. (18) a sum over the wall's surface that carries `p` from
-    /// the particle to it. Particles that have moved are not a lattice: their `∇·r/D` is 1.01 to 1.02, by which
-    /// `B` divides their pressure's gradient and so this sum. In `cases/hydrostatic_tank` the bed carries 1.022
-    /// of the water's weight without `B`, 1.007 with it, at H/Δx = 20. `volume` (m³) is that of a particle.
+    /// Adds the forces of the fluid's pressure, as [`pair_reactions`] has them of the structure: the
+    /// transpose of the divergence, and for the share φ of Eq. (18) a sum over the wall's surface that
+    /// carries `p` from the particle to it. Particles that have moved are not a lattice: their `∇·r/D` is
+    /// 1.01 to 1.02, by which `B` divides their pressure's gradient and so this sum. In
+    /// `cases/hydrostatic_tank` the bed carries 1.022 of the water's weight without `B`, 1.007 with it, at
+    /// H/Δx = 20. `volume` (m³) is that of a particle.
     pub fn add_pressures(
         &mut self,
         neighbourhood: &Neighbourhood<D>,

@@ -231,8 +231,8 @@ impl<const D: usize> Neighbourhood<D> {
         );
     }
 
-    /// Adds pairs of fluid and wall particles to those of fluid and structure, each with what its gradient has
-    /// along the tie. The sums over all neighbours know these wall particles already.
+    /// Adds pairs of fluid and wall particles to those of fluid and structure, each with what its gradient
+    /// has along the tie. The sums over all neighbours know these wall particles already.
     pub fn tie(
         &mut self,
         ties: &[Tie<D>],

@@ -118,8 +118,8 @@ fn force_is_the_transpose_of_the_divergence_in_three_dimensions() {
     force_is_the_transpose_of_the_divergence::<3>(6, true);
 }
 
-/// Whatever moves as one has no divergence, and what boundaries carry of a pressure that is linear along a face
-/// makes the gradient beside it what it is inside: 0.79 of it without, at any spacing.
+/// Whatever moves as one has no divergence, and what boundaries carry of a pressure that is linear along a
+/// face makes the gradient beside it what it is inside: 0.79 of it without, at any spacing.
 fn along_a_face<const D: usize>(side: usize, jitter: f64) {
     let Block { neighbourhood, fluid, structure } = block::<D>(side, jitter);
     let along = along(&neighbourhood, true);

@@ -95,8 +95,8 @@ fn tank<const D: usize>(width: f64, depth: f64, dx: f64, elastic: bool) -> Tank<
     Tank { fluid, state, structure, volume }
 }
 
-/// Greatest speed (m/s), rise of the energy (J) and least and greatest load along the first axis (N) from `from`
-/// to `end` (s).
+/// Greatest speed (m/s), rise of the energy (J) and least and greatest load along the first axis (N) from
+/// `from` to `end` (s).
 fn watch<const D: usize>(tank: &mut Tank<D>, from: f64, end: f64) -> (f64, f64, (f64, f64)) {
     let still = vec![Vector::zeros(); tank.structure.len()];
     let (mut time, mut trial) = (0.0, State::default());
@@ -125,9 +125,9 @@ fn watch<const D: usize>(tank: &mut Tank<D>, from: f64, end: f64) -> (f64, f64, 
     (speed, rise, load)
 }
 
-/// Beside a structure the water moves at most twice as fast as beside a wall, to 0.01 m/s, its energy rises by
-/// no more than it does there, and the load is hydrostatic: to 3 % at 20 particles in depth, of which a third of
-/// a spacing at the bed is half.
+/// Beside a structure the water moves at most twice as fast as beside a wall, to 0.01 m/s, its energy rises
+/// by no more than it does there, and the load is hydrostatic: to 3 % at 20 particles in depth, of which a
+/// third of a spacing at the bed is half.
 fn stays_still<const D: usize>(width: f64, depth: f64, dx: f64, end: f64, tolerance: f64) {
     let (beside_wall, rise_beside_wall, _) = watch(&mut tank::<D>(width, depth, dx, false), 0.05, end);
     let (speed, rise, load) = watch(&mut tank::<D>(width, depth, dx, true), 0.05, end);
@@ -150,8 +150,8 @@ fn still_water_stays_still_beside_a_structure_in_space() {
     stays_still::<3>(0.06, 0.1, 0.01, 0.15, 0.06);
 }
 
-/// A box full of water, one wall of which slides along itself at 10 m/s: it does no work, and the force on it is
-/// that of the wall at rest.
+/// A box full of water, one wall of which slides along itself at 10 m/s: it does no work, and the force on it
+/// is that of the wall at rest.
 #[test]
 fn a_wall_that_slides_along_itself_does_no_work() {
     let dx = 0.01;

@@ -1,8 +1,8 @@
 //! The two hot loops: stresses from displacements, and the Runge–Kutta stage from stresses.
 //!
 //! Both are written once, on slices of [`LANES`] particles, for `K` basis functions per pair, and compiled
-//! for each vector instruction set; `pulp` picks at run time. Each particle gathers its own sum in list order,
-//! so neither the number of threads nor the width of the vectors changes a bit of the result.
+//! for each vector instruction set; `pulp` picks at run time. Each particle gathers its own sum in list
+//! order, so neither the number of threads nor the width of the vectors changes a bit of the result.
 
 use crate::lanes::{LANES, Lanes, Tensor, matrix, row as row_of};
 use crate::materials::{ConstitutiveLaw, Elasticity, Law, with_law};

@@ -6,9 +6,9 @@
 //! `a_a = −(1/ρ) Σ_b V (p_a + p_b) ∇W_ab − (1/ρ) Σ_s V_s (p_a + p_s) ∇W_as` in the fluid and
 //! `g_s = Σ_a V (p_a + p_s) ∇W_sa` on the structure, `p_s = p_a`.
 //!
-//! Beside boundaries where [`along`](super::along) has a row, `p_s = p_a + G_a·(r_s − r_a)`, and the divergence
-//! is the transpose of that. So `V Σ p_a D_a u = m Σ u_a·a_a − Σ V_s u_s·g_s` to rounding, whatever the
-//! pressures and velocities, and a translation of everything has no divergence.
+//! Beside boundaries where [`along`](super::along) has a row, `p_s = p_a + G_a·(r_s − r_a)`, and the
+//! divergence is the transpose of that. So `V Σ p_a D_a u = m Σ u_a·a_a − Σ V_s u_s·g_s` to rounding,
+//! whatever the pressures and velocities, and a translation of everything has no divergence.
 
 use super::along::{Along, BoundaryVelocities, Row};
 use crate::particles::neighbourhood::{Neighbourhood, Pair};

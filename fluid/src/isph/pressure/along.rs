@@ -9,8 +9,8 @@
 //! `K_a = (1 − n nᵀ) (Σ_b V ∇W_ab ⊗ r_ba)⁻¹`,
 //!
 //! with sums over fluid and `n` across the boundary: exact for linear pressures along it. Across it the
-//! pressure stays that of the particle: carried there, too, the gradient would be exact and its transpose, the
-//! divergence, wrong by as much in the first layer.
+//! pressure stays that of the particle: carried there, too, the gradient would be exact and its transpose,
+//! the divergence, wrong by as much in the first layer.
 //!
 //! In the particle's row this is a matrix, `T_a = 1 + M_a K_a` with `M_a = Σ_s V_s ∇W_as ⊗ r_sa`, before the
 //! sum over its fluid neighbours; in the divergence of its neighbours it is `T_aᵀ` before its velocity.
@@ -109,8 +109,8 @@ impl<const D: usize> Along<D> {
     }
 
     /// Pressure gradients (Pa/m) by which Eq. (18) carries the pressure onto boundaries, from those of
-    /// [`gradients`](Self::gradients): along the boundary `G_a` as far as it is trusted, `weight = ρ g` (Pa/m)
-    /// for the rest and across.
+    /// [`gradients`](Self::gradients): along the boundary `G_a` as far as it is trusted, `weight = ρ g`
+    /// (Pa/m) for the rest and across.
     pub fn slopes(&self, weight: &Vector<D>, gradients: &[Vector<D>], out: &mut Vec<Vector<D>>) {
         out.clear();
         out.extend(self.rows.iter().zip(gradients).map(|(row, gradient)| {

@@ -1,11 +1,11 @@
 //! The operator of the pressure Poisson equation, in factored form.
 //!
-//! With divergence `D` and gradient of [`adjoint_pair`](super::adjoint_pair), the accelerations that a pressure
-//! causes are `a_a` in the fluid and `−g_s/ρ_s` in the structure, and `A p = D a(p)`, so that `V pᵀ A p` is the
-//! kinetic energy that the pressure's impulse over a unit of time carries (twice it): symmetric and never
-//! negative. Walls (and a structure without compliance) do not move. To `A` are added a share of the compact
-//! Laplacian `L p = (1/ρ) Σ_b stiffness_ab (p_a − p_b)`, a compressibility κ, and `A_aa (1/α − 1)`, which is
-//! Eq. (16) divided by its α.
+//! With divergence `D` and gradient of [`adjoint_pair`](super::adjoint_pair), the accelerations that a
+//! pressure causes are `a_a` in the fluid and `−g_s/ρ_s` in the structure, and `A p = D a(p)`, so that
+//! `V pᵀ A p` is the kinetic energy that the pressure's impulse over a unit of time carries (twice it):
+//! symmetric and never negative. Walls (and a structure without compliance) do not move. To `A` are added a
+//! share of the compact Laplacian `L p = (1/ρ) Σ_b stiffness_ab (p_a − p_b)`, a compressibility κ, and
+//! `A_aa (1/α − 1)`, which is Eq. (16) divided by its α.
 
 use super::adjoint_pair::{AdjointPair, ROWS};
 use super::along::BoundaryVelocities;
