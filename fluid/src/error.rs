@@ -54,5 +54,5 @@ pub enum Error {
     },
     /// A saved state is not one of this fluid's.
     #[error("failed to restore a saved state: {0}")]
-    Restore(String),
+    Restore(#[from] words::bytes::Error),
 }

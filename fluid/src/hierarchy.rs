@@ -11,6 +11,7 @@
 use crate::state::SurfaceClass;
 use sph::Vector;
 use std::sync::Arc;
+use words::bytes::{Error, Reader, Writer};
 
 /// Iterations that making a hierarchy takes as long as: when the old one has lost so many, a new one is made.
 /// In `cases/elastic_gate`, whose fluid splashes, being more patient (losses of more than one a step only,
@@ -56,46 +57,33 @@ impl<const D: usize> Hierarchy<D> {
         self.lost < WORTH
     }
 
-    /// The hierarchy as bytes (little endian).
-    pub fn to_bytes(&self) -> Vec<u8> {
+    /// Adds the hierarchy to a state in the making.
+    pub fn write(&self, state: &mut Writer) {
         let Origin { time, dt, positions, classes, structure_positions } = &*self.origin;
-        let mut bytes = Vec::new();
-        for n in [self.fewest, self.lost, positions.len(), structure_positions.len()] {
-            bytes.extend_from_slice(&(n as u64).to_le_bytes());
-        }
-        let points = positions.iter().chain(structure_positions).flat_map(|r| r.iter());
-        for x in [time, dt].into_iter().chain(points) {
-            bytes.extend_from_slice(&x.to_le_bytes());
-        }
-        bytes.extend(classes.iter().map(|class| *class as u8));
-        bytes
+        state.usize(self.fewest);
+        state.usize(self.lost);
+        state.f64(*time);
+        state.f64(*dt);
+        state.vectors(positions);
+        state.list(classes, |state, class| state.u8(*class as u8));
+        state.vectors(structure_positions);
     }
 
-    /// The hierarchy that [`to_bytes`](Self::to_bytes) wrote; nothing where the bytes are not one.
-    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
-        let (head, rest) = bytes.split_at_checked(32)?;
-        let head: Vec<usize> = words(head).map(|w| u64::from_le_bytes(w) as usize).collect();
-        let [fewest, lost, fluid, structure] = head[..] else { return None };
-        let (rest, classes) = rest.split_at_checked(8 * (2 + D * fluid.checked_add(structure)?))?;
-        if classes.len() != fluid {
-            return None;
-        }
-        let classes = classes.iter().map(|&class| SurfaceClass::from_byte(class)).collect::<Option<_>>()?;
-        let numbers: Vec<f64> = words(rest).map(f64::from_le_bytes).collect();
-        let points = |range: std::ops::Range<usize>| {
-            numbers[2 + D * range.start..2 + D * range.end]
-                .chunks_exact(D)
-                .map(Vector::from_column_slice)
-                .collect()
+    /// The hierarchy, of so many fluid particles, that [`write`](Self::write) added.
+    ///
+    /// # Errors
+    /// Bytes that are not one.
+    pub fn read(state: &mut Reader, particles: usize) -> Result<Self, Error> {
+        let (fewest, lost) = (state.usize("fewest iterations")?, state.usize("lost iterations")?);
+        let origin = Origin {
+            time: state.f64("time of the preconditioner")?,
+            dt: state.f64("step of the preconditioner")?,
+            positions: state.vectors("positions of the preconditioner", Some(particles))?,
+            classes: SurfaceClass::read(state, "classes of the preconditioner", particles)?,
+            structure_positions: state.vectors("interface positions of the preconditioner", None)?,
         };
-        let (positions, structure_positions) = (points(0..fluid), points(fluid..fluid + structure));
-        let origin = Origin { time: numbers[0], dt: numbers[1], positions, classes, structure_positions };
-        Some(Self { origin: Arc::new(origin), fewest, lost })
+        Ok(Self { origin: Arc::new(origin), fewest, lost })
     }
-}
-
-fn words(bytes: &[u8]) -> impl Iterator<Item = [u8; 8]> + '_ {
-    bytes.chunks_exact(8).map(|word| word.try_into().expect("eight bytes make a word"))
 }
 
 #[cfg(test)]
@@ -123,8 +111,15 @@ mod tests {
             structure_positions: vec![v(0.5, 0.6)],
         };
         let hierarchy = Hierarchy { origin: Arc::new(origin), fewest: 7, lost: 2 };
-        let bytes = hierarchy.to_bytes();
-        assert_eq!(Hierarchy::from_bytes(&bytes), Some(hierarchy));
-        assert_eq!(Hierarchy::<2>::from_bytes(&bytes[..bytes.len() - 8]), None);
+        let mut state = Writer::new(b"mnsctst1");
+        hierarchy.write(&mut state);
+        let bytes = state.finish();
+        let read = |bytes: &[u8], particles| {
+            let mut state = Reader::new("test's state", b"mnsctst1", bytes)?;
+            Hierarchy::read(&mut state, particles)
+        };
+        assert_eq!(read(&bytes, 2), Ok(hierarchy));
+        assert!(read(&bytes, 3).is_err());
+        assert!(read(&bytes[..bytes.len() - 8], 2).is_err());
     }
 }

@@ -3,6 +3,7 @@
 use crate::Error;
 use crate::hierarchy::Hierarchy;
 use sph::Vector;
+use words::bytes::{Reader, Writer};
 
 /// What a particle is by its surroundings (the paper's Fig. 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -22,11 +23,16 @@ pub enum SurfaceClass {
 }
 
 impl SurfaceClass {
-    /// The class that `byte` stands for in a saved state.
-    pub fn from_byte(byte: u8) -> Option<Self> {
-        [Self::Interior, Self::NearSurface, Self::Surface, Self::Splash, Self::Torn]
-            .get(usize::from(byte))
-            .copied()
+    /// The classes of so many particles in a saved state.
+    pub fn read(
+        state: &mut Reader,
+        field: &'static str,
+        particles: usize,
+    ) -> Result<Vec<Self>, words::bytes::Error> {
+        let all = [Self::Interior, Self::NearSurface, Self::Surface, Self::Splash, Self::Torn];
+        state.list(field, Some(particles), |state| {
+            state.tag(field, |byte| all.get(usize::from(byte)).copied())
+        })
     }
 }
 
@@ -61,7 +67,7 @@ pub struct State<const D: usize> {
     pub lost: u64,
 }
 
-const MAGIC: &[u8; 8] = b"mnscflu4";
+const MAGIC: &[u8; 8] = b"mnscflu5";
 
 impl<const D: usize> State<D> {
     /// Particles at rest or moving, without pressure.
@@ -132,34 +138,24 @@ impl<const D: usize> State<D> {
         places
     }
 
-    /// The state as bytes (little endian): a restart from them is identical to the bit.
+    /// The state as bytes: a restart from them is identical to the bit.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(72 + self.len() * (8 * (3 * D + 2) + 5));
-        bytes.extend_from_slice(MAGIC);
-        for n in [D as u64, self.len() as u64, self.left, self.lost] {
-            bytes.extend_from_slice(&n.to_le_bytes());
-        }
-        for x in [self.last_dt, self.energy_excess] {
-            bytes.extend_from_slice(&x.to_le_bytes());
-        }
-        for id in &self.ids {
-            bytes.extend_from_slice(&id.to_le_bytes());
-        }
-        bytes.extend(self.classes.iter().map(|c| *c as u8));
+        let mut state = Writer::new(MAGIC);
+        state.usize(D);
+        state.usize(self.len());
+        state.u64(self.left);
+        state.u64(self.lost);
+        state.f64(self.last_dt);
+        state.f64(self.energy_excess);
+        state.u32s(&self.ids);
+        state.list(&self.classes, |state, class| state.u8(*class as u8));
         for field in [&self.positions, &self.velocities, &self.pressure_accelerations] {
-            for x in field.iter().flat_map(|v| v.iter()) {
-                bytes.extend_from_slice(&x.to_le_bytes());
-            }
+            state.vectors(field);
         }
-        for field in [&self.pressures, &self.position_potentials] {
-            for x in field {
-                bytes.extend_from_slice(&x.to_le_bytes());
-            }
-        }
-        if let Some(hierarchy) = &self.hierarchy {
-            bytes.extend(hierarchy.to_bytes());
-        }
-        bytes
+        state.f64s(&self.pressures);
+        state.f64s(&self.position_potentials);
+        state.option(self.hierarchy.as_ref(), |state, hierarchy| hierarchy.write(state));
+        state.finish()
     }
 
     /// The state that [`to_bytes`](Self::to_bytes) wrote.
@@ -167,65 +163,27 @@ impl<const D: usize> State<D> {
     /// # Errors
     /// [`Error::Restore`] when the bytes are not such a state, of another dimension, or cut off.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
-        let mut rest = bytes;
-        let mut take = |n: usize| -> Result<&[u8], Error> {
-            if rest.len() < n {
-                return Err(Error::Restore(format!("it ends {} bytes early", n - rest.len())));
-            }
-            let (head, tail) = rest.split_at(n);
-            rest = tail;
-            Ok(head)
+        let mut state = Reader::new("fluid's state", MAGIC, bytes)?;
+        let dimension = state.usize("dimension")?;
+        if dimension != D {
+            return Err(state.refuse("particles", format!("{dimension}-dimensional ones")).into());
+        }
+        let count = state.usize("particles")?;
+        let read = Self {
+            left: state.u64("particles that left")?,
+            lost: state.u64("particles lost")?,
+            last_dt: state.f64("last step")?,
+            energy_excess: state.f64("energy excess")?,
+            ids: state.u32s("numbers", Some(count))?,
+            classes: SurfaceClass::read(&mut state, "classes", count)?,
+            positions: state.vectors("positions", Some(count))?,
+            velocities: state.vectors("velocities", Some(count))?,
+            pressure_accelerations: state.vectors("pressure accelerations", Some(count))?,
+            pressures: state.f64s("pressures", Some(count))?,
+            position_potentials: state.f64s("position potentials", Some(count))?,
+            hierarchy: state.option("preconditioner", |state| Hierarchy::read(state, count))?,
         };
-        fn words<const N: usize>(bytes: &[u8]) -> impl Iterator<Item = [u8; N]> + '_ {
-            bytes.chunks_exact(N).map(|c| c.try_into().expect("chunks have this length"))
-        }
-        if take(8)? != MAGIC {
-            return Err(Error::Restore("it is not a fluid's state of this version".into()));
-        }
-        let head: Vec<u64> = words(take(32)?).map(u64::from_le_bytes).collect();
-        if head[0] != D as u64 {
-            return Err(Error::Restore(format!("it is {}-dimensional, the fluid {D}-dimensional", head[0])));
-        }
-        let n = head[1] as usize;
-        let mut number =
-            || Ok(words(take(8)?).map(f64::from_le_bytes).next().expect("eight bytes make a number"));
-        let (last_dt, energy_excess) = (number()?, number()?);
-        let ids = words(take(4 * n)?).map(u32::from_le_bytes).collect();
-        let mut classes = Vec::with_capacity(n);
-        for &c in take(n)? {
-            let class = SurfaceClass::from_byte(c);
-            classes.push(class.ok_or_else(|| Error::Restore(format!("{c} is no surface class")))?);
-        }
-        let mut vectors = || -> Result<Vec<Vector<D>>, Error> {
-            let flat: Vec<f64> = words(take(8 * n * D)?).map(f64::from_le_bytes).collect();
-            Ok(flat.chunks_exact(D).map(Vector::from_column_slice).collect())
-        };
-        let (positions, velocities, pressure_accelerations) = (vectors()?, vectors()?, vectors()?);
-        let pressures = words(take(8 * n)?).map(f64::from_le_bytes).collect();
-        let position_potentials = words(take(8 * n)?).map(f64::from_le_bytes).collect();
-        let hierarchy = match rest {
-            [] => None,
-            rest => {
-                let saved = Hierarchy::from_bytes(rest).filter(|h| h.origin.positions.len() == n);
-                Some(saved.ok_or_else(|| {
-                    Error::Restore("its preconditioner is not that of its particles".into())
-                })?)
-            }
-        };
-        let (left, lost) = (head[2], head[3]);
-        Ok(Self {
-            ids,
-            positions,
-            velocities,
-            pressures,
-            classes,
-            pressure_accelerations,
-            position_potentials,
-            last_dt,
-            energy_excess,
-            hierarchy,
-            left,
-            lost,
-        })
+        state.finish()?;
+        Ok(read)
     }
 }

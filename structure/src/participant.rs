@@ -3,7 +3,6 @@
 //! Case → [`crate::Setup`]; interface fields ↔ arrays of vectors; accepted state → snapshots, probes and
 //! energies.
 
-mod saved;
 mod setup;
 mod snapshot;
 
@@ -101,7 +100,7 @@ fn failed(error: impl std::fmt::Display) -> ParticipantError {
 }
 
 /// First bytes of a saved state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscstr1";
+const MAGIC: &[u8; 8] = b"mnscstp1";
 
 /// What a probe reads.
 enum Reader<const D: usize> {
@@ -302,7 +301,7 @@ impl<const D: usize> Participant for StructureParticipant<D> {
         let mut state = bytes::Writer::new(MAGIC);
         state.f64(self.ready.window_limit);
         state.f64s(&self.ready.scalars);
-        state.bytes(&saved::to_bytes(&self.accepted));
+        state.bytes(&self.accepted.to_bytes());
         Ok(state.finish())
     }
 
@@ -315,8 +314,7 @@ impl<const D: usize> Participant for StructureParticipant<D> {
             state.finish().map(|()| (Readiness { window_limit, scalars }, own))
         };
         let (ready, own) = read().map_err(|error: bytes::Error| failed(error))?;
-        self.accepted = saved::from_bytes(own, self.structure.len())
-            .ok_or_else(|| failed("the saved state is not one of this structure"))?;
+        self.accepted = State::from_bytes(own, self.structure.len()).map_err(failed)?;
         self.ready.clone_from(&ready);
         self.give_motion(&self.accepted, outputs);
         Ok(ready)

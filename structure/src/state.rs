@@ -1,6 +1,9 @@
 //! The state of a structure: plain arrays, to keep, compare, send and restore.
 
 use sph::Vector;
+use words::bytes::{self, Reader, Writer};
+
+const MAGIC: &[u8; 8] = b"mnscstr1";
 
 /// Positions, velocities and energies at one time, particles in the order of the setup.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +18,51 @@ pub struct State<const D: usize> {
     pub energy: Energy,
     /// How long the next sub-steps may be.
     pub stability: Stability,
+}
+
+impl<const D: usize> State<D> {
+    /// The state as bytes, for a restart that is identical to the bit.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let Energy { kinetic, strain, load_work, dissipated } = self.energy;
+        let Stability { strain: found_at, step } = self.stability;
+        let mut state = Writer::new(MAGIC);
+        state.usize(D);
+        for number in [self.time, kinetic, strain, load_work, dissipated, found_at, step] {
+            state.f64(number);
+        }
+        state.vectors(&self.positions);
+        state.vectors(&self.velocities);
+        state.finish()
+    }
+
+    /// The state of `particles` particles that [`to_bytes`](Self::to_bytes) wrote.
+    ///
+    /// # Errors
+    /// Bytes that are no such state.
+    pub fn from_bytes(bytes: &[u8], particles: usize) -> Result<Self, bytes::Error> {
+        let mut state = Reader::new("structure's state", MAGIC, bytes)?;
+        let dimension = state.usize("dimension")?;
+        if dimension != D {
+            return Err(state.refuse("dimension", dimension.to_string()));
+        }
+        let read = Self {
+            time: state.f64("time")?,
+            energy: Energy {
+                kinetic: state.f64("kinetic energy")?,
+                strain: state.f64("strain energy")?,
+                load_work: state.f64("load work")?,
+                dissipated: state.f64("dissipated energy")?,
+            },
+            stability: Stability {
+                strain: state.f64("strain of the stable step")?,
+                step: state.f64("stable step")?,
+            },
+            positions: state.vectors("positions", Some(particles))?,
+            velocities: state.vectors("velocities", Some(particles))?,
+        };
+        state.finish()?;
+        Ok(read)
+    }
 }
 
 /// The stable sub-step of a state, and the strain that it was found at: large strains stiffen the structure

@@ -292,8 +292,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The error for a field that has been read whole and holds what this state cannot have; it names the byte
-    /// up to which was read.
+    /// The error for a field that has been read whole and holds what this state cannot have; it names the
+    /// byte up to which was read.
     pub fn refuse(&self, field: &'static str, found: impl Into<String>) -> Error {
         self.refused(field, self.at, found)
     }

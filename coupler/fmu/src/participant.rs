@@ -330,9 +330,8 @@ impl Participant for UnitParticipant {
 
     fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
         self.check_serializes()?;
-        let state = saved::open(&self.abilities.token, state).ok_or_else(|| {
-            failed(format_args!("the saved state is not whole, or not one of {}", self.abilities.name))
-        })?;
+        let state = saved::open(&self.abilities.token, state)
+            .map_err(|error| failed(format_args!("of {}: {error}", self.abilities.name)))?;
         self.instance().deserialize(state).map_err(failed)?;
         self.instance().go_back().map_err(failed)?;
         self.left_accepted = false;

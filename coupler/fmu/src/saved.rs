@@ -1,30 +1,32 @@
 //! The bytes of a unit's state in an envelope: units need not look at what they are given, and read past the
 //! end of what is cut short.
 
+use words::bytes::{Error, Reader, Writer};
+
 /// Starts every saved state: what it is, and the version of the envelope.
-const MAGIC: &[u8; 8] = b"mnscfmu1";
+const MAGIC: &[u8; 8] = b"mnscenv1";
 
-/// The envelope of a unit's state: magic, length and text of the unit's token, length and bytes of the state.
+/// The envelope of a unit's state: the unit's token, and the state.
 pub fn seal(token: &str, state: &[u8]) -> Vec<u8> {
-    let mut sealed = MAGIC.to_vec();
-    for part in [token.as_bytes(), state] {
-        sealed.extend((part.len() as u64).to_le_bytes());
-        sealed.extend(part);
+    let mut sealed = Writer::new(MAGIC);
+    sealed.text(token);
+    sealed.bytes(state);
+    sealed.finish()
+}
+
+/// The state in an envelope.
+///
+/// # Errors
+/// An envelope that is not whole, or of another unit than the one with that token.
+pub fn open<'a>(token: &str, sealed: &'a [u8]) -> Result<&'a [u8], Error> {
+    let mut sealed = Reader::new("unit's saved state", MAGIC, sealed)?;
+    let of = sealed.text("token")?;
+    if of != token {
+        return Err(sealed.refuse("token", of));
     }
-    sealed
-}
-
-/// The state in an envelope; none where it is not whole, or not of the unit with that token.
-pub fn open<'a>(token: &str, sealed: &'a [u8]) -> Option<&'a [u8]> {
-    let rest = sealed.strip_prefix(MAGIC)?;
-    let (of, rest) = part(rest)?;
-    let (state, rest) = part(rest)?;
-    (of == token.as_bytes() && rest.is_empty()).then_some(state)
-}
-
-fn part(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
-    let (length, rest) = bytes.split_first_chunk::<8>()?;
-    rest.split_at_checked(usize::try_from(u64::from_le_bytes(*length)).ok()?)
+    let state = sealed.bytes("state")?;
+    sealed.finish()?;
+    Ok(state)
 }
 
 #[cfg(test)]
@@ -34,15 +36,15 @@ mod tests {
     #[test]
     fn an_envelope_opens_whole_and_for_its_unit_alone() {
         let sealed = seal("mine", &[1, 2, 3]);
-        assert_eq!(open("mine", &sealed), Some([1, 2, 3].as_slice()));
-        assert_eq!(open("yours", &sealed), None);
+        assert_eq!(open("mine", &sealed), Ok([1, 2, 3].as_slice()));
+        assert!(open("yours", &sealed).is_err());
         for length in 0..sealed.len() {
-            assert_eq!(open("mine", &sealed[..length]), None, "{length}");
+            assert!(open("mine", &sealed[..length]).is_err(), "{length}");
         }
-        assert_eq!(open("mine", &[&sealed[..], &[0]].concat()), None);
+        assert!(open("mine", &[&sealed[..], &[0]].concat()).is_err());
         // A length that no memory has.
         let mut long = sealed.clone();
         long[8..16].fill(0xff);
-        assert_eq!(open("mine", &long), None);
+        assert!(open("mine", &long).is_err());
     }
 }

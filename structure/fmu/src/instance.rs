@@ -380,6 +380,6 @@ impl Instance {
     /// # Errors
     /// Bytes that are no state of this unit.
     pub fn deserialize(&self, bytes: &[u8]) -> Result<InstanceState, CallError> {
-        Ok(saved::from_bytes(bytes, &self.model.token()).ok_or(ModelError::Saved)?)
+        Ok(saved::from_bytes(bytes, &self.model.token()).map_err(ModelError::Bytes)?)
     }
 }

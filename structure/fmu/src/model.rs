@@ -45,7 +45,10 @@ pub enum ModelError {
         /// The value.
         value: f64,
     },
-    /// A saved state of another unit, or no saved state.
+    /// Bytes that are no saved state of this unit.
+    #[error(transparent)]
+    Bytes(#[from] words::bytes::Error),
+    /// A saved state whose arrays are not those of this unit.
     #[error("the saved state is not one of this unit")]
     Saved,
 }

@@ -1,13 +1,13 @@
-//! A state of an instance as bytes, little endian: magic, token of the unit, life-cycle phase, and the
-//! model's numbers.
+//! A state of an instance as bytes: token of the unit, life-cycle phase, and the model's numbers.
 
 use crate::instance::Phase;
 use crate::model::Saved;
 use crate::variables::Parameter;
 use interfaces::SubSteps;
+use words::bytes::{self, Reader, Writer};
 
-/// First bytes of a serialised state; the last is the version of this layout.
-const MAGIC: &[u8; 8] = b"mnscfmu1";
+/// Starts every serialised state; the last byte is the version of this layout.
+const MAGIC: &[u8; 8] = b"mnscfmu2";
 
 /// A state of an instance: `fmi3FMUState` and `fmi2FMUstate` point at one.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,61 +20,58 @@ pub struct InstanceState {
 
 /// The state of a unit with this token as bytes.
 pub fn to_bytes(state: &InstanceState, token: &str) -> Vec<u8> {
-    let mut bytes = MAGIC.to_vec();
-    let model = &state.model;
-    put_bytes(&mut bytes, token.as_bytes());
-    bytes.push(state.phase as u8);
-    put_number(&mut bytes, model.time.to_bits());
-    put_number(&mut bytes, model.windows);
-    put_number(
-        &mut bytes,
-        match model.sub_steps {
-            SubSteps::Fixed(count) => u64::from(count),
-            SubSteps::Stable => 0,
-        },
-    );
-    put_number(&mut bytes, model.declared_points as u64);
+    let InstanceState { phase, model } = state;
+    let mut state = Writer::new(MAGIC);
+    state.text(token);
+    state.u8(*phase as u8);
+    state.f64(model.time);
+    state.u64(model.windows);
+    state.u32(match model.sub_steps {
+        SubSteps::Fixed(count) => count,
+        SubSteps::Stable => 0,
+    });
+    state.usize(model.declared_points);
     for parameter in Parameter::ALL {
-        let value = model.parameters.get(&parameter);
-        bytes.push(u8::from(value.is_some()));
-        put_number(&mut bytes, value.copied().unwrap_or(0.0).to_bits());
+        state.option(model.parameters.get(&parameter), |state, value| state.f64(*value));
     }
-    put_bytes(&mut bytes, &model.structure);
+    state.bytes(&model.structure);
     for arrays in [&model.inputs, &model.outputs] {
-        put_number(&mut bytes, arrays.len() as u64);
-        arrays.iter().for_each(|array| put_doubles(&mut bytes, array));
+        state.list(arrays, |state, array| state.f64s(array));
     }
-    put_doubles(&mut bytes, &model.forces);
-    put_doubles(&mut bytes, &model.scalars);
-    bytes
+    state.f64s(&model.forces);
+    state.f64s(&model.scalars);
+    state.finish()
 }
 
-/// The state that [`to_bytes`] wrote for a unit with this token; nothing where they are others, or cut.
-pub fn from_bytes(bytes: &[u8], token: &str) -> Option<InstanceState> {
-    let mut rest = bytes.strip_prefix(MAGIC)?;
-    let rest = &mut rest;
-    if take_bytes(rest)? != token.as_bytes() {
-        return None;
+/// The state that [`to_bytes`] wrote for a unit with this token.
+///
+/// # Errors
+/// Bytes that are no such state, or one of another unit.
+pub fn from_bytes(bytes: &[u8], token: &str) -> Result<InstanceState, bytes::Error> {
+    let mut state = Reader::new("unit's state", MAGIC, bytes)?;
+    let of = state.text("token")?;
+    if of != token {
+        return Err(state.refuse("token", of));
     }
-    let phase = Phase::from_byte(take(rest, 1)?[0])?;
-    let time = f64::from_bits(take_number(rest)?);
-    let windows = take_number(rest)?;
-    let sub_steps = match u32::try_from(take_number(rest)?).ok()? {
+    let phase = state.tag("phase", Phase::from_byte)?;
+    let time = state.f64("time")?;
+    let windows = state.u64("windows")?;
+    let sub_steps = match state.u32("sub-steps")? {
         0 => SubSteps::Stable,
         count => SubSteps::Fixed(count),
     };
-    let declared_points = usize::try_from(take_number(rest)?).ok()?;
+    let declared_points = state.usize("interface points")?;
     let mut parameters = std::collections::BTreeMap::new();
     for parameter in Parameter::ALL {
-        let is_set = take(rest, 1)?[0] != 0;
-        let value = f64::from_bits(take_number(rest)?);
-        if is_set {
+        if let Some(value) = state.option("parameters", |state| state.f64("parameters"))? {
             parameters.insert(parameter, value);
         }
     }
-    let structure = take_bytes(rest)?.to_vec();
-    let [inputs, outputs] = [take_arrays(rest)?, take_arrays(rest)?];
-    let (forces, scalars) = (take_doubles(rest)?, take_doubles(rest)?);
+    let structure = state.bytes("structure")?.to_vec();
+    let mut arrays = |field: &'static str| state.list(field, None, |state| state.f64s(field, None));
+    let (inputs, outputs) = (arrays("inputs")?, arrays("outputs")?);
+    let (forces, scalars) = (state.f64s("forces", None)?, state.f64s("scalars", None)?);
+    state.finish()?;
     let model = Saved {
         time,
         windows,
@@ -87,52 +84,7 @@ pub fn from_bytes(bytes: &[u8], token: &str) -> Option<InstanceState> {
         forces,
         scalars,
     };
-    rest.is_empty().then_some(InstanceState { phase, model })
-}
-
-fn put_number(bytes: &mut Vec<u8>, number: u64) {
-    bytes.extend(number.to_le_bytes());
-}
-
-fn put_bytes(bytes: &mut Vec<u8>, more: &[u8]) {
-    put_number(bytes, more.len() as u64);
-    bytes.extend(more);
-}
-
-fn put_doubles(bytes: &mut Vec<u8>, doubles: &[f64]) {
-    put_number(bytes, doubles.len() as u64);
-    bytes.extend(doubles.iter().flat_map(|d| d.to_le_bytes()));
-}
-
-fn take<'a>(rest: &mut &'a [u8], length: usize) -> Option<&'a [u8]> {
-    let (head, tail) = rest.split_at_checked(length)?;
-    *rest = tail;
-    Some(head)
-}
-
-fn take_number(rest: &mut &[u8]) -> Option<u64> {
-    take(rest, 8).map(|word| u64::from_le_bytes(word.try_into().expect("eight bytes were taken")))
-}
-
-fn take_length(rest: &mut &[u8], size: usize) -> Option<usize> {
-    let count = usize::try_from(take_number(rest)?).ok()?;
-    // A length that the bytes cannot hold is refused before anything is reserved for it.
-    (count.checked_mul(size)? <= rest.len()).then_some(count)
-}
-
-fn take_bytes<'a>(rest: &mut &'a [u8]) -> Option<&'a [u8]> {
-    let length = take_length(rest, 1)?;
-    take(rest, length)
-}
-
-fn take_doubles(rest: &mut &[u8]) -> Option<Vec<f64>> {
-    let count = take_length(rest, 8)?;
-    (0..count).map(|_| take_number(rest).map(f64::from_bits)).collect()
-}
-
-fn take_arrays(rest: &mut &[u8]) -> Option<Vec<Vec<f64>>> {
-    let count = take_length(rest, 8)?;
-    (0..count).map(|_| take_doubles(rest)).collect()
+    Ok(InstanceState { phase, model })
 }
 
 #[cfg(test)]
@@ -155,10 +107,11 @@ mod tests {
         };
         let state = InstanceState { phase: Phase::Step, model };
         let bytes = to_bytes(&state, "{token}");
-        assert_eq!(from_bytes(&bytes, "{token}"), Some(state));
-        assert_eq!(from_bytes(&bytes, "{other}"), None);
+        assert_eq!(from_bytes(&bytes, "{token}"), Ok(state));
+        let said = from_bytes(&bytes, "{other}").unwrap_err().to_string();
+        assert_eq!(said, "the unit's state holds {token} at byte 23, which its token cannot be");
         for length in 0..bytes.len() {
-            assert_eq!(from_bytes(&bytes[..length], "{token}"), None, "{length}");
+            assert!(from_bytes(&bytes[..length], "{token}").is_err(), "{length}");
         }
     }
 }

@@ -286,7 +286,7 @@ fn a_state_kept_or_serialised_goes_on_to_the_bit() {
     let mut read: Handle = std::ptr::null_mut();
     let deserialize = |length: usize, read: *mut Handle| c!(library, b"fmi3DeserializeFMUState" (other => Handle, bytes.as_ptr() => *const u8, length => usize, read => *mut Handle) -> i32);
     assert_eq!(deserialize(size - 1, &raw mut read), ERROR);
-    assert!(heard("not one of this unit"));
+    assert!(heard("the unit's state is cut off"));
     assert_eq!(deserialize(size, &raw mut read), OK);
     assert_eq!(c!(library, b"fmi3SetFMUState" (other => Handle, read => Handle) -> i32), OK);
     for n in 3..6 {

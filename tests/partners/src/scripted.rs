@@ -3,6 +3,9 @@
 use interfaces::{Description, Fields, Participant, ParticipantError, Readiness, TimeWindow, WindowReport};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use words::bytes::{Reader, Writer};
+
+const MAGIC: &[u8; 8] = b"mnscscr1";
 
 /// Fields by port name, each flat, point by point. Ports left out are not compared, and not written.
 pub type Arrays = BTreeMap<String, Vec<f64>>;
@@ -207,13 +210,20 @@ impl Participant for Scripted {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        Ok((self.played as u64).to_le_bytes().to_vec())
+        let mut state = Writer::new(MAGIC);
+        state.usize(self.played);
+        Ok(state.finish())
     }
 
     fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
-        let played = state.try_into().ok().map(|bytes| u64::from_le_bytes(bytes) as usize);
+        let read = |state| {
+            let mut state = Reader::new("script's state", MAGIC, state)?;
+            let played = state.usize("place")?;
+            state.finish().map(|()| played)
+        };
+        let played: Result<usize, words::bytes::Error> = read(state);
         match played {
-            Some(played) if played <= self.script.solutions.len() => {
+            Ok(played) if played <= self.script.solutions.len() => {
                 (self.played, self.open) = (played, Open::Nothing);
                 self.give_last(outputs)
             }

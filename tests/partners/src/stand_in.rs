@@ -4,6 +4,9 @@ use interfaces::fields::wrong_length;
 use interfaces::{Description, Direction, Exchange, Fields, Participant, ParticipantError, Port, Readiness};
 use interfaces::{TimeWindow, WindowReport};
 use std::time::Instant;
+use words::bytes::{self, Reader, Writer};
+
+const MAGIC: &[u8; 8] = b"mnscmck1";
 
 /// The physics of a mock. Its state is one vector, and solving a window is a function of the accepted state,
 /// the window and the inputs: solutions repeat to the bit, and saving the state is saving the mock.
@@ -133,17 +136,16 @@ impl<M: Model> Participant for StandIn<M> {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        Ok(self.accepted.iter().flat_map(|v| v.to_le_bytes()).collect())
+        let mut state = Writer::new(MAGIC);
+        state.f64s(&self.accepted);
+        Ok(state.finish())
     }
 
     fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
-        let expected = 8 * self.accepted.len();
-        if state.len() != expected {
-            let what = format!("a saved state of {} bytes came where {expected} belong", state.len());
-            return Err(ParticipantError::Failed(what));
-        }
-        let (values, _) = state.as_chunks::<8>();
-        self.accepted = values.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        let refused = |error: bytes::Error| ParticipantError::Failed(error.to_string());
+        let mut state = Reader::new("mock's state", MAGIC, state).map_err(refused)?;
+        self.accepted = state.f64s("numbers", Some(self.accepted.len())).map_err(refused)?;
+        state.finish().map_err(refused)?;
         self.trial = None;
         self.model.outputs(&self.accepted, outputs);
         Ok(self.readiness())
