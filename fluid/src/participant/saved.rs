@@ -6,7 +6,7 @@ use interfaces::Readiness;
 use words::bytes::{Error, Reader, Writer};
 
 /// First bytes of a saved state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscflu1";
+const MAGIC: &[u8; 8] = b"mnscflp1";
 
 pub fn to_bytes<const D: usize>(ready: &Readiness, output: &InterfaceOutput<D>, own: &[u8]) -> Vec<u8> {
     let mut state = Writer::new(MAGIC);

@@ -108,7 +108,7 @@ fn build<S: Solid<D>, const D: usize>(case: &Case) -> Result<(S, State<D>), Part
 }
 
 /// First bytes of a saved state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscstr1";
+const MAGIC: &[u8; 8] = b"mnscstp1";
 
 struct StructureParticipant<S: Solid<D>, const D: usize> {
     description: Description,

@@ -127,7 +127,11 @@ impl<const D: usize> Isph<D> {
             p,
         );
         match self.options.load {
-            Load::Transpose => self.output.pressure_gradients.clone_from(&self.output.pair_reactions),
+            Load::Transpose if whole => {
+                self.output.pressure_gradients.clone_from(&self.output.pair_reactions)
+            }
+            // The paper's scheme leaves the particles' own pressure to what surrounds them; a load has it.
+            Load::Transpose => self.output.pressure_gradients.clone_from(&s.structure_gradients),
             Load::PressureGradient => interface_load::pressure_gradient_load(
                 &s.neighbourhood,
                 &self.kernel,
