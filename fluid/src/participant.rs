@@ -13,6 +13,7 @@ use crate::boundaries::walls::Walls;
 use crate::error::Error;
 use crate::interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
 use crate::isph::solver::Isph;
+use crate::isph::state::Memory;
 use crate::method::Fluid;
 use crate::particles::state::State;
 use crate::probes;
@@ -25,7 +26,6 @@ use interfaces::{
 };
 use ledger::Ledger;
 pub use section::SECTIONS;
-use setup::Made;
 use snapshot::Snapshots;
 use sph::Vector;
 use std::path::Path;
@@ -38,8 +38,8 @@ use words::probe::ProbeQuantity;
 /// A setting that cannot be used; a folder that cannot be written.
 pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>, ParticipantError> {
     Ok(match case.general.dimension {
-        2 => Box::new(isph::<2>(case, out)?),
-        _ => Box::new(isph::<3>(case, out)?),
+        2 => Box::new(FluidParticipant::new(isph::<2>(case)?, case, out)?),
+        _ => Box::new(FluidParticipant::new(isph::<3>(case)?, case, out)?),
     })
 }
 
@@ -60,11 +60,9 @@ const BYTES_OF_PROCESS: f64 = 16e6;
 const BYTES_A_PARTICLE: f64 = 1.3e3;
 
 fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
-    let made = setup::from_case::<D>(case)?;
-    let (state, limit) = (made.state.clone(), made.max_time_step);
-    let fluid = alone(made)?;
+    let (fluid, state, max_time_step) = isph::<D>(case)?;
     let (particles, walls) = (state.len(), fluid.walls().positions.len());
-    let step = fluid.stable_step(&state, 0.0, &[]).min(limit);
+    let step = fluid.stable_step(&state, 0.0, &[]).min(max_time_step);
     let windows = case.general.end_time / step;
     let line = |what: &str, value: String| (what.to_owned(), value);
     Ok(vec![
@@ -78,16 +76,14 @@ fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, Part
     ])
 }
 
-/// The fluid of a case by ISPH, without a structure yet.
-fn alone<const D: usize>(made: Made<D>) -> Result<Isph<D>, ParticipantError> {
-    let Made { properties, options, walls, state, .. } = made;
-    Isph::new(properties, options, walls, InterfaceParticles::default(), &state).map_err(failed)
-}
+/// The fluid of a case by ISPH without a structure, its state at the start, and the largest time step (s) that
+/// the case allows.
+type Made<const D: usize> = (Isph<D>, State<D, Memory<D>>, f64);
 
-fn isph<const D: usize>(case: &Case, out: &Path) -> Result<FluidParticipant<D, Isph<D>>, ParticipantError> {
-    let made = setup::from_case::<D>(case)?;
-    let (state, limit) = (made.state.clone(), made.max_time_step);
-    FluidParticipant::new(alone(made)?, state, limit, case, out)
+fn isph<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantError> {
+    let setup::Made { properties, options, walls, state, max_time_step } = setup::from_case::<D>(case)?;
+    let fluid = Isph::new(properties, options, walls, InterfaceParticles::default(), &state);
+    Ok((fluid.map_err(failed)?, state, max_time_step))
 }
 
 fn failed(error: impl std::fmt::Display) -> ParticipantError {
@@ -120,9 +116,7 @@ struct FluidParticipant<const D: usize, F: Fluid<D>> {
 
 impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
     fn new(
-        fluid: F,
-        initial: State<D, F::Memory>,
-        max_time_step: f64,
+        (fluid, initial, max_time_step): (F, State<D, F::Memory>, f64),
         case: &Case,
         out: &Path,
     ) -> Result<Self, ParticipantError> {
@@ -387,12 +381,9 @@ mod tests {
         let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/hydrostatic_tank");
         let case = Case::load(&case, &[], &[SECTIONS]).expect("the case is sound");
         let out = std::env::temp_dir().join(format!("failed-solve-{}", std::process::id()));
-        let mut made = setup::from_case::<2>(&case).expect("the case has a fluid");
-        made.options.iteration_limit = 0;
-        let state = made.state.clone();
-        let fluid = alone(made).expect("the fluid can be made");
-        let mut participant =
-            FluidParticipant::new(fluid, state, 1.0, &case, &out).expect("the fluid can be made");
+        let made = isph::<2>(&case).expect("the fluid can be made");
+        let mut participant = FluidParticipant::new(made, &case, &out).expect("the folder can be written");
+        participant.fluid.options.iteration_limit = 0;
         let size = participant.window_limit(&participant.accepted, 0.0);
         let error = participant
             .fluid

@@ -9,7 +9,6 @@ use crate::isph::state::{Memory, State};
 use crate::isph::step::scratch::Scratch;
 use crate::method::Fluid;
 use crate::particles::accounting;
-use crate::particles::neighbourhood::Neighbourhood;
 use crate::properties::FluidProperties;
 use crate::report::StepReport;
 use sph::kernel::CubicSpline;
@@ -172,16 +171,6 @@ impl<const D: usize> Fluid<D> for Isph<D> {
 }
 
 impl<const D: usize> Isph<D> {
-    /// Velocity (m/s) that stands for the flow's scale while it is slow.
-    pub fn reference_velocity(&self) -> f64 {
-        self.reference_velocity
-    }
-
-    /// Lists and sums of the last step, on the positions it started from.
-    pub fn neighbourhood(&self) -> &Neighbourhood<D> {
-        &self.scratch.neighbourhood
-    }
-
     pub(crate) fn approach_viscosity(&self) -> f64 {
         self.options.approach_viscosity * self.smoothing_length() * self.reference_velocity
     }
