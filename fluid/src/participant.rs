@@ -304,11 +304,7 @@ fn describe<const D: usize>(probes: &[Probe]) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, None, direction);
     let mut scalars: Vec<Scalar> = Ledger::NAMES
         .iter()
-        .map(|(name, unit)| Scalar {
-            name: (*name).to_owned(),
-            unit: (*unit).to_owned(),
-            kind: ScalarKind::Balance,
-        })
+        .map(|(name, unit, meaning)| Scalar::new(*name, unit, ScalarKind::Balance).meaning(*meaning))
         .collect();
     for probe in probes {
         scalars.extend(probe.scalars(D));

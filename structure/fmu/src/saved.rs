@@ -26,13 +26,7 @@ pub fn to_bytes(state: &InstanceState, token: &str) -> Vec<u8> {
     bytes.push(state.phase as u8);
     put_number(&mut bytes, model.time.to_bits());
     put_number(&mut bytes, model.windows);
-    put_number(
-        &mut bytes,
-        match model.sub_steps {
-            SubSteps::Fixed(count) => u64::from(count),
-            SubSteps::Stable => 0,
-        },
-    );
+    put_number(&mut bytes, u64::from(model.sub_steps.count().unwrap_or(0)));
     put_number(&mut bytes, model.declared_points as u64);
     for parameter in Parameter::ALL {
         let value = model.parameters.get(&parameter);
