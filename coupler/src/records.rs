@@ -5,7 +5,9 @@ use crate::condition46::Resultant;
 use crate::convergence::Residual;
 use crate::schemes::Accepted;
 use crate::side::Side;
-use interfaces::{ScalarKind, TimeWindow};
+use interfaces::port::names;
+use interfaces::{Scalar, ScalarKind, TimeWindow};
+use output::columns::Column;
 use output::summary::{
     Balances, Condition46, EnergyBalance, Extremes, FluidBalance, Iterations, Residual as Spread,
 };
@@ -21,9 +23,6 @@ pub const PROBES: &str = "probes.csv";
 
 /// File of one row an iteration; only with an implicit scheme.
 pub const ITERATIONS: &str = "iterations.csv";
-
-/// Scalars whose sum over both sides is the energy of the whole (J).
-const ENERGIES: [&str; 3] = ["kinetic_energy", "potential_energy", "strain_energy"];
 
 /// The tables of a run, being written.
 pub struct Records {
@@ -55,37 +54,67 @@ fn axes(dimension: usize) -> (Axes, Axes) {
     }
 }
 
+/// Columns of what crosses the interface: how well condition (46) holds, resultants and power of the load at
+/// each stage, impulse and work since the start.
+fn interface_columns(dimension: usize) -> Vec<Column> {
+    let (forces, moments) = axes(dimension);
+    let stages = [
+        ("given", "that the fluid gave"),
+        ("before", "before condition (46) is enforced"),
+        ("after", "after condition (46) is enforced"),
+        ("applied", "that the structure received"),
+    ];
+    let residual = "residual of condition (46) over the load,";
+    let mut columns = vec![
+        Column::new("residual_before", "1", format!("{residual} before it is enforced")),
+        Column::new("residual_after", "1", format!("{residual} after it is enforced")),
+    ];
+    for (stage, of) in stages {
+        let parts = [("force", "N", forces), ("moment", "N*m", moments)];
+        for (what, unit, axes) in parts {
+            columns.extend(axes.iter().map(|(_, axis)| {
+                Column::new(format!("{what}_{stage}_{axis}"), unit, format!("{what} on the structure {of}"))
+            }));
+        }
+        columns.push(Column::new(format!("power_{stage}"), "W", format!("power of the load {of}")));
+    }
+    for (stage, of) in [stages[0], stages[3]] {
+        columns.extend(forces.iter().map(|(_, axis)| {
+            Column::new(format!("impulse_{stage}_{axis}"), "N*s", format!("impulse since the start {of}"))
+        }));
+        columns.push(Column::new(format!("work_{stage}"), "J", format!("work since the start {of}")));
+    }
+    columns
+}
+
 impl Records {
     /// Makes the tables in `dir` for the sides of a run, and writes the probes' values at `time` (s), the
     /// start.
     pub fn create(dir: &Path, sides: &[&Side], time: f64) -> output::Result<Self> {
         let dimension = sides.iter().map(|s| s.describe().dimension).max().unwrap_or(2);
         let coupled = sides.len() > 1;
-        let mut columns: Vec<String> = ["window", "time", "size", "iterations"].map(str::to_owned).to_vec();
+        let mut columns = vec![
+            Column::new("window", "1", "number of the window"),
+            Column::new("time", "s", "time at its end"),
+            Column::new("size", "s", "its size"),
+            Column::new("iterations", "1", "solutions of it"),
+        ];
         if coupled {
-            let (forces, moments) = axes(dimension);
-            columns.extend(["residual_before", "residual_after"].map(str::to_owned));
-            for stage in ["given", "before", "after", "applied"] {
-                columns.extend(forces.iter().map(|(_, axis)| format!("force_{stage}_{axis}")));
-                columns.extend(moments.iter().map(|(_, axis)| format!("moment_{stage}_{axis}")));
-                columns.push(format!("power_{stage}"));
-            }
-            for stage in ["given", "applied"] {
-                columns.extend(forces.iter().map(|(_, axis)| format!("impulse_{stage}_{axis}")));
-                columns.push(format!("work_{stage}"));
-            }
+            columns.extend(interface_columns(dimension));
         }
-        let mut probe_columns = vec!["t".to_owned()];
+        let mut probe_columns = vec![Column::new("t", "s", "time")];
         for side in sides {
             let role = side.role();
-            columns.push(format!("{role}.compute_seconds"));
-            for scalar in &side.describe().scalars {
-                match scalar.kind {
-                    ScalarKind::Balance => columns.push(format!("{role}.{}", scalar.name)),
-                    ScalarKind::Probe => probe_columns.push(scalar.name.clone()),
+            let of_work = "wall time of the participant's own work on the window";
+            columns.push(Column::new(format!("{role}.compute_seconds"), "s", of_work));
+            for Scalar { name, unit, kind, meaning } in &side.describe().scalars {
+                match kind {
+                    ScalarKind::Balance => columns.push(Column::new(format!("{role}.{name}"), unit, meaning)),
+                    ScalarKind::Probe => probe_columns.push(Column::new(name, unit, meaning)),
                 }
             }
         }
+        output::columns::write(dir, &[(WINDOWS, &columns), (PROBES, &probe_columns)])?;
         let windows = Table::create(&dir.join(WINDOWS), &columns)?;
         let probes = match probe_columns.len() {
             1 => None,
@@ -113,7 +142,14 @@ impl Records {
 
     /// Makes the table of iterations.
     pub fn record_iterations(&mut self) -> output::Result<()> {
-        let columns = ["window", "iteration", "residual_absolute", "residual_relative", "residual_of_first"];
+        let columns = [
+            Column::new("window", "1", "number of the window"),
+            Column::new("iteration", "1", "which solution of it"),
+            Column::new("residual_absolute", "Pa/m", "norm of the residual of the load"),
+            Column::new("residual_relative", "1", "residual over the values"),
+            Column::new("residual_of_first", "1", "residual over that of the window's first iteration"),
+        ];
+        output::columns::write(&self.dir, &[(ITERATIONS, &columns)])?;
         self.iterations = Some(Table::create(&self.dir.join(ITERATIONS), &columns)?);
         Ok(())
     }
@@ -304,7 +340,7 @@ fn total_energy(windows: &Columns) -> Vec<f64> {
     let mut total = vec![0.0; windows.rows()];
     let mut found = false;
     for role in ["fluid", "structure"] {
-        for energy in ENERGIES {
+        for energy in names::ENERGIES {
             if let Some(column) = windows.get(&format!("{role}.{energy}")) {
                 found = true;
                 total.iter_mut().zip(column).for_each(|(sum, e)| *sum += e);
@@ -315,13 +351,14 @@ fn total_energy(windows: &Columns) -> Vec<f64> {
 }
 
 fn fluid_balance(windows: &Columns) -> Option<FluidBalance> {
-    let drift = windows.get("fluid.volume_drift")?;
-    let last = |name: &str| windows.get(name).and_then(|c| c.last()).map_or(0, |&v| v as u64);
+    let drift = windows.get(&format!("fluid.{}", names::VOLUME_DRIFT))?;
+    let last =
+        |name: &str| windows.get(&format!("fluid.{name}")).and_then(|c| c.last()).map_or(0, |&v| v as u64);
     let largest = drift.iter().fold(0.0f64, |m, &d| if d.abs() > m.abs() { d } else { m });
     Some(FluidBalance {
         volume_drift: largest,
-        particles_lost: last("fluid.particles_lost"),
-        particles_left: last("fluid.particles_left"),
+        particles_lost: last(names::PARTICLES_LOST),
+        particles_left: last(names::PARTICLES_LEFT),
         ..FluidBalance::default()
     })
 }

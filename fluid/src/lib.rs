@@ -50,7 +50,7 @@
 //! the structure's surface ([`isph::interface_load`]), so [`InterfaceOutput`] holds `R_s = g_s` to rounding.
 //! Contact (particles of known pressure that would run into the structure) and no-slip friction are counted
 //! in `R_s` and are **not** part of `g_s`. How boundaries carry the pressure, and why water at rest stays at
-//! rest beside them, is in `docs/decisions/0012-boundary-gradient.md`.
+//! rest beside them, is in `docs/decisions/0013-boundary-gradient.md`.
 
 pub mod boundaries;
 pub mod error;

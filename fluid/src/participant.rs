@@ -76,8 +76,8 @@ fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, Part
     ])
 }
 
-/// The fluid of a case by ISPH without a structure, its state at the start, and the largest time step (s) that
-/// the case allows.
+/// The fluid of a case by ISPH without a structure, its state at the start, and the largest time step (s)
+/// that the case allows.
 type Made<const D: usize> = (Isph<D>, State<D, Memory<D>>, f64);
 
 fn isph<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantError> {
@@ -343,11 +343,7 @@ fn describe<const D: usize>(method: &str, probes: &[Probe]) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, None, direction);
     let mut scalars: Vec<Scalar> = Ledger::NAMES
         .iter()
-        .map(|(name, unit)| Scalar {
-            name: (*name).to_owned(),
-            unit: (*unit).to_owned(),
-            kind: ScalarKind::Balance,
-        })
+        .map(|(name, unit, meaning)| Scalar::new(*name, unit, ScalarKind::Balance).meaning(*meaning))
         .collect();
     for probe in probes {
         scalars.extend(probe.scalars(D));

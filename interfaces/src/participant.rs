@@ -47,6 +47,22 @@ pub struct Scalar {
     pub unit: String,
     /// Where it is recorded.
     pub kind: ScalarKind,
+    /// What it is, in words; empty where its name says all.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub meaning: String,
+}
+
+impl Scalar {
+    /// A scalar whose name says all.
+    pub fn new(name: impl Into<String>, unit: &str, kind: ScalarKind) -> Self {
+        Self { name: name.into(), unit: unit.to_owned(), kind, meaning: String::new() }
+    }
+
+    /// The same, with what it is in words.
+    #[must_use]
+    pub fn meaning(self, meaning: impl Into<String>) -> Self {
+        Self { meaning: meaning.into(), ..self }
+    }
 }
 
 /// Name of a scalar by which a participant asks for the end of the run: it ends, in order, with the first

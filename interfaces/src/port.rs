@@ -160,9 +160,14 @@ impl Port {
     }
 }
 
-/// Names of the ports that the meniscus solvers and their stand-ins use. All are optional to give; see
-/// `docs/protocol.md` for which side needs which.
+/// Names of the ports that the meniscus solvers and their stand-ins use, and of the balances that records and
+/// report look for. All are optional to give; see `docs/protocol.md` for which side needs which.
 pub mod names {
+    pub use words::balances::{
+        DISSIPATED_ENERGY, ENERGIES, KINETIC_ENERGY, LOAD_WORK, PARTICLES_LEFT, PARTICLES_LOST,
+        POTENTIAL_ENERGY, STRAIN_ENERGY, VOLUME_DRIFT,
+    };
+
     /// Structure → fluid: position of the interface particles.
     pub const POSITION: &str = "position";
     /// Structure → fluid: velocity of the interface particles.

@@ -6,6 +6,7 @@
 //! | `fluid.pvd`, `fluid/fluid_000000.vtu`, … and `structure` alike | [`Series`] | snapshots for ParaView, pyvista and meshio |
 //! | `windows.csv` | [`Table`] | a row an accepted window |
 //! | `probes.csv` | [`Table`] | `t`, then `<probe>.<component>` |
+//! | `columns.json` | [`columns`] | unit and meaning of each column of these tables |
 //! | `summary.json` | [`Summary`] | how the run ended, what it took, what was kept in balance |
 //!
 //! [`write_report`] makes `report.html` and `frames/*.png` of them; [`report`] says which names it looks for,
@@ -23,6 +24,7 @@
 //! ([`atomic`]), tables grow by whole rows.
 
 pub mod atomic;
+pub mod columns;
 mod error;
 pub mod pvd;
 pub mod report;
@@ -31,6 +33,7 @@ pub mod table;
 pub mod vtu;
 mod xml;
 
+pub use columns::Column;
 pub use error::{Error, Result};
 pub use pvd::Series;
 pub use report::write_report;

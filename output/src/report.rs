@@ -23,8 +23,7 @@
 //! | `<side>.<kind>_energy` (kinds `kinetic`, `potential`, `strain`, …; `total` or `mechanical` if given, else their sum without `dissipated`), `total_energy`, `<side>.load_work` | energy of each side and of the whole, as the paper's Figs. 11 and 20; work of the loads beside what became of it |
 //! | `size` or `dt`, `sub_steps`, `….volume_drift`, other names ending in `residual` | course of the run |
 //!
-//! A column's unit follows from the part of its name after the last dot (`ux` is in m, `vx` in m/s, `p` and
-//! `pressure` in Pa, `fx` and `force…` in N, `…energy` in J); a name not known there is drawn without a unit.
+//! A column's unit is what `columns.json` says; a column that is not there is drawn without a unit.
 
 mod colours;
 mod figures;
@@ -39,7 +38,6 @@ mod scale;
 
 // Pieces for other pages of the same style.
 pub use crate::xml::escape;
-pub use figures::unit_of;
 pub use page::document;
 pub use plot::{Curve, Mark, Marks, Plot, svg};
 pub use scale::short;
@@ -94,6 +92,7 @@ pub fn write_report(dir: &Path) -> Result<PathBuf> {
         summary,
         probes: figures::probes(&probes, &case.references),
         comparisons: figures::comparisons(&probes, &case.references),
+        probe_columns: probes,
         frames,
         coupling: figures::coupling(&windows),
         energy: figures::energy(&windows),

@@ -345,6 +345,7 @@ mod tests {
         let table = Columns {
             names: vec!["t".to_owned(), "tip.ux".to_owned()],
             columns: vec![vec![0.0, 1.0], vec![5.0, 7.0]],
+            ..Columns::default()
         };
         assert_eq!(probe_extremes(&table)["tip.ux"].max_time, 1.0);
     }

@@ -1,6 +1,8 @@
 //! CSV tables that grow during a run: `windows.csv` (a row a window) and `probes.csv` (a row an output time).
 
+use crate::columns::{self, Content};
 use crate::error::{Error, Result, parse_error, read_error, write_error};
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::Write as _;
@@ -106,6 +108,8 @@ pub struct Columns {
     pub names: Vec<String>,
     /// The columns, all of one length.
     pub columns: Vec<Vec<f64>>,
+    /// What they are, as far as `columns.json` says.
+    pub contents: BTreeMap<String, Content>,
 }
 
 impl Columns {
@@ -113,6 +117,14 @@ impl Columns {
     pub fn get(&self, name: &str) -> Option<&[f64]> {
         let index = self.names.iter().position(|other| other == name)?;
         Some(&self.columns[index])
+    }
+
+    /// Unit of the column of this name as people write it; empty for a pure number, and where nobody says.
+    pub fn unit(&self, name: &str) -> String {
+        match self.contents.get(name).map_or("1", |content| content.unit.as_str()) {
+            "1" => String::new(),
+            unit => unit.replace('*', "·"),
+        }
     }
 
     /// Number of rows.
@@ -126,24 +138,25 @@ impl Columns {
     }
 }
 
-/// Reads a table. A last row that a kill cut short is left out; an empty cell reads as not-a-number.
+/// Reads a table, and what its columns are from `columns.json` beside it. A last row that a kill cut short is
+/// left out; an empty cell reads as not-a-number.
 ///
 /// # Errors
 /// [`Error::Read`] if it cannot be read, [`Error::Parse`] if a row before the last has another number of
-/// cells than the header, or a cell is no number.
+/// cells than the header, or a cell is no number; as [`columns::read`].
 pub fn read(path: &Path) -> Result<Columns> {
     let text = std::fs::read_to_string(path).map_err(read_error(path))?;
     let whole = &text[..text.rfind('\n').map_or(0, |end| end + 1)];
     let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(whole.as_bytes());
     let reason = |error: csv::Error| parse_error(path, error.to_string());
     let names: Vec<String> = reader.headers().map_err(reason)?.iter().map(str::to_owned).collect();
-    let mut columns = vec![Vec::new(); names.len()];
+    let mut values = vec![Vec::new(); names.len()];
     for record in reader.records() {
         let record = record.map_err(reason)?;
         for (index, cell) in record.iter().enumerate() {
             let value = if cell.is_empty() { Ok(f64::NAN) } else { cell.parse() };
             let line = || record.position().map_or(0, csv::Position::line);
-            columns[index].push(value.map_err(|_| {
+            values[index].push(value.map_err(|_| {
                 parse_error(
                     path,
                     format!("`{cell}` in column `{}`, line {}, is no number", names[index], line()),
@@ -151,7 +164,10 @@ pub fn read(path: &Path) -> Result<Columns> {
             })?);
         }
     }
-    Ok(Columns { names, columns })
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let contents = columns::read(folder)?.remove(file.as_ref()).unwrap_or_default();
+    Ok(Columns { names, columns: values, contents })
 }
 
 #[cfg(test)]

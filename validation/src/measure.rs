@@ -3,6 +3,7 @@
 use crate::study::{Kind, Measure};
 use interfaces::case::resolved::Reference;
 use output::table::Columns;
+use words::balances;
 
 /// Why a measure could not be taken of a run.
 #[derive(Debug, thiserror::Error)]
@@ -201,7 +202,7 @@ fn energy_rise(windows: &Columns) -> Option<f64> {
     let mut found = false;
     for (name, values) in windows.iter() {
         let sign = match name.strip_prefix("fluid.") {
-            Some("kinetic_energy" | "potential_energy") => 1.0,
+            Some(balances::KINETIC_ENERGY | balances::POTENTIAL_ENERGY) => 1.0,
             Some("structure_work" | "wall_work") => -1.0,
             _ => continue,
         };
@@ -218,7 +219,7 @@ fn energy_drift(windows: &Columns) -> Option<f64> {
     let mut total = vec![0.0; windows.rows()];
     let mut found = false;
     for (name, values) in windows.iter() {
-        if ["kinetic_energy", "strain_energy", "potential_energy"].iter().any(|kind| name.ends_with(kind)) {
+        if balances::ENERGIES.iter().any(|kind| name.ends_with(kind)) {
             found = true;
             total.iter_mut().zip(values).for_each(|(sum, e)| *sum += e);
         }
@@ -237,7 +238,11 @@ mod tests {
     fn swing() -> Columns {
         let times: Vec<f64> = (0..=96).map(|i| 0.02 * f64::from(i)).collect();
         let values = times.iter().map(|t| 2.0 + 3.0 * (TAU * t / 0.8 + 0.1).sin()).collect();
-        Columns { names: vec!["t".into(), "tip.uy".into()], columns: vec![times, values] }
+        Columns {
+            names: vec!["t".into(), "tip.uy".into()],
+            columns: vec![times, values],
+            ..Columns::default()
+        }
     }
 
     fn of(kind: Kind) -> Result<f64, MeasureError> {
@@ -281,7 +286,7 @@ mod tests {
     }
 
     fn columns(names: &[&str], columns: Vec<Vec<f64>>) -> Columns {
-        Columns { names: names.iter().map(|n| (*n).to_owned()).collect(), columns }
+        Columns { names: names.iter().map(|n| (*n).to_owned()).collect(), columns, ..Columns::default() }
     }
 
     #[test]

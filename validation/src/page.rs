@@ -2,7 +2,7 @@
 
 use crate::run::{CaseResult, SeriesResult};
 use crate::tables::{HEADINGS, order, row};
-use output::report::{Curve, Mark, Marks, Plot, document, escape, svg, unit_of};
+use output::report::{Curve, Mark, Marks, Plot, document, escape, svg};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -87,7 +87,7 @@ fn figures(body: &mut String, series: &SeriesResult) {
         };
         let plot = Plot {
             title: column.to_owned(),
-            unit: unit_of(column),
+            unit: series.variants.first().map_or_else(String::new, |variant| variant.probes.unit(column)),
             curves: series.variants.iter().filter_map(curve).collect(),
             marks: marks(series, column),
             ..Plot::default()

@@ -33,7 +33,9 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
     let instance = instantiate(&described, &unpacked, &unit.file)?;
     let snapshots = (role == Role::Structure).then(|| Series::create(out, "structure")).transpose()?;
     let mut scalars: Vec<Scalar> = wiring.records.iter().map(|(scalar, _)| scalar.clone()).collect();
-    scalars.push(Scalar { name: END_REQUESTED.to_owned(), unit: "1".to_owned(), kind: ScalarKind::Balance });
+    scalars.push(
+        Scalar::new(END_REQUESTED, "1", ScalarKind::Balance).meaning("whether the unit asks for the end"),
+    );
     for note in &wiring.notes {
         eprintln!("note: {note}");
     }

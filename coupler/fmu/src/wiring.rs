@@ -48,8 +48,13 @@ pub enum Values {
 }
 
 /// What a participant's report holds by default, where the unit has variables of these names.
-const ENERGIES: [&str; 5] =
-    ["kinetic_energy", "strain_energy", "potential_energy", "load_work", "dissipated_energy"];
+const ENERGIES: [&str; 5] = [
+    names::KINETIC_ENERGY,
+    names::STRAIN_ENERGY,
+    names::POTENTIAL_ENERGY,
+    names::LOAD_WORK,
+    names::DISSIPATED_ENERGY,
+];
 
 /// Ports of a side: name, quantity, direction, exchange.
 fn ports_of(role: Role) -> Vec<(&'static str, Quantity, Direction, Exchange)> {
@@ -207,9 +212,7 @@ impl Plan<'_> {
 
     fn records(&mut self, probes: &[Probe], dimension: usize) -> Vec<(Scalar, Variable)> {
         let mut records: Vec<(Scalar, Variable)> = Vec::new();
-        let scalar =
-            |name: &str, unit: &str, kind| Scalar { name: name.to_owned(), unit: unit.to_owned(), kind };
-        let of_case = ENERGIES.map(|name| scalar(name, "J", ScalarKind::Balance));
+        let of_case = ENERGIES.map(|name| Scalar::new(name, "J", ScalarKind::Balance));
         let is_mine = |probe: &&Probe| probe.is_on_structure() == (self.role == Role::Structure);
         let of_probes = probes.iter().filter(is_mine).flat_map(|probe| probe.scalars(dimension));
         for scalar in of_case.into_iter().chain(of_probes) {
@@ -223,7 +226,7 @@ impl Plan<'_> {
                 self.mismatches.push(format!("{key}: `{name}` is no number"));
             } else if records.iter().all(|(scalar, _)| scalar.name != *name) {
                 let unit = variable.unit.clone().unwrap_or_else(|| "1".to_owned());
-                records.push((scalar(name, &unit, ScalarKind::Balance), variable));
+                records.push((Scalar::new(name, &unit, ScalarKind::Balance), variable));
             }
         }
         records

@@ -40,6 +40,7 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
         crate::records::WINDOWS,
         crate::records::PROBES,
         crate::records::ITERATIONS,
+        output::columns::FILE,
         TRACE,
         "report.html",
         "fluid.pvd",

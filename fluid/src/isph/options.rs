@@ -113,6 +113,9 @@ pub struct Options {
     /// Residual of the position projection over its right-hand side, below which its iteration ends.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub position_tolerance: f64,
+    /// Displacement by the position projection at most, as a factor of Δx.
+    #[schemars(extend("minimum" = 0))]
+    pub position_limit: f64,
     /// Whether the corrected gradient of Eq. (18) is blended into the symmetric one, as far as energy allows
     /// (energy-consistent scheme only).
     pub corrected_gradient: bool,
@@ -186,6 +189,7 @@ impl Default for Options {
             // Measured in docs/fluid.md.
             pressure_tolerance: 1e-3,
             position_tolerance: 5e-2,
+            position_limit: 0.1,
             iteration_limit: 1000,
             position_projection: true,
             corrected_gradient: true,

@@ -4,6 +4,7 @@
 use crate::particles::state::State;
 use crate::properties::FluidProperties;
 use crate::report::StepReport;
+use interfaces::port::names;
 use sph::Vector;
 
 /// Figures of an accepted state, in the order of [`Ledger::NAMES`].
@@ -35,26 +36,26 @@ mod at {
 }
 
 impl Ledger {
-    /// Names and units, as they head columns.
-    pub const NAMES: [(&'static str, &'static str); 18] = [
-        ("kinetic_energy", "J"),
-        ("potential_energy", "J"),
-        ("structure_work", "J"),
-        ("wall_work", "J"),
-        ("viscous_work", "J"),
-        ("contact_work", "J"),
-        ("projection_work", "J"),
-        ("volume_drift", "1"),
-        ("largest_density_error", "1"),
-        ("max_speed", "m/s"),
-        ("max_pressure", "Pa"),
-        ("particles", "1"),
-        ("splashes", "1"),
-        ("particles_left", "1"),
-        ("particles_lost", "1"),
-        ("pressure_iterations", "1"),
-        ("pressure_residual", "1"),
-        ("position_iterations", "1"),
+    /// Names, units and meanings of its columns.
+    pub const NAMES: [(&'static str, &'static str, &'static str); 18] = [
+        (names::KINETIC_ENERGY, "J", "kinetic energy"),
+        (names::POTENTIAL_ENERGY, "J", "potential energy of gravity"),
+        ("structure_work", "J", "work of the structure on the fluid since the start"),
+        ("wall_work", "J", "work of moving walls on the fluid since the start"),
+        ("viscous_work", "J", "work of viscous forces since the start"),
+        ("contact_work", "J", "work of contact with walls and structure since the start"),
+        ("projection_work", "J", "energy that the pressure projection took since the start"),
+        (names::VOLUME_DRIFT, "1", "mean change of volume over the volume at the start"),
+        ("largest_density_error", "1", "largest error of the density over the density"),
+        ("max_speed", "m/s", "greatest speed of a particle"),
+        ("max_pressure", "Pa", "greatest pressure"),
+        ("particles", "1", "particles in the domain"),
+        ("splashes", "1", "particles that fly alone"),
+        (names::PARTICLES_LEFT, "1", "particles that left the domain since the start"),
+        (names::PARTICLES_LOST, "1", "particles lost in walls or structure since the start"),
+        ("pressure_iterations", "1", "iterations of the pressure solve"),
+        ("pressure_residual", "1", "residual of the pressure solve over its right-hand side"),
+        ("position_iterations", "1", "iterations of the position projection"),
     ];
 
     /// The figures of the initial state.

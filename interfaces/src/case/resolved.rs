@@ -369,9 +369,25 @@ impl Probe {
 
     /// The scalars that the participant which records it describes, one a column.
     pub fn scalars(&self, dimension: usize) -> impl Iterator<Item = Scalar> {
-        let unit = self.quantity.unit();
-        let scalar = move |name| Scalar { name, unit: unit.to_owned(), kind: ScalarKind::Probe };
+        let (unit, meaning) = (self.quantity.unit(), self.meaning());
+        let scalar = move |name| Scalar::new(name, unit, ScalarKind::Probe).meaning(meaning.clone());
         self.columns(dimension).into_iter().map(scalar)
+    }
+
+    /// What it records, in words.
+    fn meaning(&self) -> String {
+        let quantity = self.quantity;
+        match &self.target {
+            ProbeTarget::StructurePoint { body, at } => format!("{quantity} of {body} at {at:?} m"),
+            ProbeTarget::Body(body) => format!("{quantity} of the fluid on {body}"),
+            ProbeTarget::FluidPoint(at) => format!("{quantity} of the fluid at {at:?} m"),
+            ProbeTarget::FluidBox(None) => format!("{quantity} of the fluid"),
+            ProbeTarget::FluidBox(Some(within)) => {
+                format!("{quantity} of the fluid between {:?} and {:?} m", within.low, within.high)
+            }
+            ProbeTarget::WallPoint { wall, at } => format!("{quantity} on {wall} at {at:?} m"),
+            ProbeTarget::Wall(wall) => format!("{quantity} of the fluid on {wall}"),
+        }
     }
 
     /// Whether the structure records it (otherwise the fluid does).

@@ -34,7 +34,7 @@ impl Echo {
             Port { points: None, ..port("pressure_gradient", Quantity::PressureGradient, Direction::In) },
             port("velocity", Quantity::Velocity, Direction::Out),
         ];
-        let energy = Scalar { name: "energy".into(), unit: "J".into(), kind: ScalarKind::Balance };
+        let energy = Scalar::new("energy", "J", ScalarKind::Balance);
         let description = Description {
             role: Role::Structure,
             solver: "echo".to_owned(),

@@ -5,6 +5,7 @@ use super::references::Reference;
 use super::scale;
 use crate::summary::EnergyBalance;
 use crate::table::Columns;
+use words::balances;
 
 /// A picture and what stands below it.
 pub(crate) struct Figure {
@@ -17,7 +18,7 @@ pub(crate) struct Comparison {
     pub probe: String,
     pub label: String,
     pub points: usize,
-    pub unit: &'static str,
+    pub unit: String,
     pub root_mean_square: f64,
     pub largest: f64,
     pub reference_peak: f64,
@@ -42,38 +43,12 @@ fn owner_of(column: &str) -> &str {
     column.rsplit_once('.').map_or("", |(owner, _)| owner)
 }
 
-/// Unit of a column, as its quantity is named; empty for one that this list does not know.
-pub fn unit_of(column: &str) -> &'static str {
-    let quantity = quantity_of(column);
-    let starts = |names: &[&str]| names.iter().any(|name| quantity.starts_with(name));
-    match quantity {
-        "ux" | "uy" | "uz" | "u" | "x" | "y" | "z" => "m",
-        "vx" | "vy" | "vz" | "v" => "m/s",
-        "ax" | "ay" | "az" | "a" => "m/s²",
-        "fx" | "fy" | "fz" | "f" => "N",
-        "mx" | "my" | "mz" => "N·m",
-        "p" | "sxx" | "syy" | "szz" | "sxy" => "Pa",
-        "size" | "dt" => "s",
-        _ if quantity.ends_with("energy") || starts(&["work"]) => "J",
-        _ if starts(&["displacement", "position", "elevation", "height", "level", "front"]) => "m",
-        _ if starts(&["velocity", "speed"]) => "m/s",
-        _ if starts(&["acceleration"]) => "m/s²",
-        _ if starts(&["force"]) => "N",
-        _ if starts(&["moment", "torque"]) => "N·m",
-        _ if starts(&["pressure", "stress", "von_mises"]) => "Pa",
-        _ if starts(&["power"]) => "W",
-        _ if starts(&["impulse"]) => "N·s",
-        _ if quantity.ends_with("seconds") || quantity.ends_with("dt") => "s",
-        _ => "",
-    }
-}
-
 /// A figure for each column that has references, and one for the other columns of each probe and unit.
 pub(crate) fn probes(table: &Columns, references: &[Reference]) -> Vec<Figure> {
     let Some(times) = times(table) else { return Vec::new() };
     let mut plots: Vec<(Plot, String, String)> = Vec::new();
     for (name, values) in table.iter().filter(|(name, _)| !is_time(name)) {
-        let unit = unit_of(name);
+        let unit = table.unit(name);
         let own: Vec<&Reference> = references.iter().filter(|r| r.probe == name).collect();
         let owner = owner_of(name).to_owned();
         if own.is_empty() {
@@ -149,7 +124,7 @@ pub(crate) fn comparisons(table: &Columns, references: &[Reference]) -> Vec<Comp
             probe: reference.probe.clone(),
             label: reference.label.clone(),
             points,
-            unit: unit_of(&reference.probe),
+            unit: table.unit(&reference.probe),
             root_mean_square: mean_square.sqrt(),
             largest: differences.iter().copied().max_by(by_size)?,
             reference_peak: reference.value.iter().copied().max_by(by_size)?,
@@ -185,11 +160,11 @@ pub(crate) fn coupling(windows: &Columns) -> Vec<Figure> {
         figure(
             windows,
             "Force at the interface",
-            |name| unit_of(name) == "N" && quantity_of(name).starts_with("force"),
+            |name| quantity_of(name).starts_with("force"),
             false,
             "",
         ),
-        figure(windows, "Impulse at the interface", |name| unit_of(name) == "N·s", false, ""),
+        figure(windows, "Impulse at the interface", |name| quantity_of(name).starts_with("impulse"), false, ""),
         figure(
             windows,
             "Work at the interface",
@@ -211,7 +186,7 @@ pub(crate) fn progress(windows: &Columns) -> Vec<Figure> {
         figure(
             windows,
             "Drift of the fluid's volume",
-            |name| quantity_of(name).contains("volume_drift"),
+            |name| quantity_of(name) == balances::VOLUME_DRIFT,
             false,
             "As a fraction of the volume at the start.",
         ),
@@ -238,7 +213,7 @@ fn figure(
 ) -> Option<Figure> {
     let times = times(table)?;
     let chosen: Vec<(&str, &[f64])> = table.iter().filter(|(name, _)| choose(name)).collect();
-    let unit = unit_of(chosen.first()?.0);
+    let unit = table.unit(chosen.first()?.0);
     let curves = chosen.iter().map(|(name, values)| curve(&name.replace('.', " "), times, values)).collect();
     let plot = Plot { title: title.to_owned(), unit, logarithmic, curves, ..Plot::default() };
     Some(Figure { svg: plot::svg(&plot)?, caption: caption.to_owned() })
@@ -285,7 +260,7 @@ pub(crate) fn energy(windows: &Columns) -> Vec<Figure> {
 }
 
 fn energy_figure(title: &str, curves: Vec<Curve>, caption: String) -> Option<Figure> {
-    let plot = Plot { title: title.to_owned(), unit: "J", curves, ..Plot::default() };
+    let plot = Plot { title: title.to_owned(), unit: "J".to_owned(), curves, ..Plot::default() };
     Some(Figure { svg: plot::svg(&plot)?, caption })
 }
 
@@ -293,8 +268,9 @@ fn energy_figure(title: &str, curves: Vec<Curve>, caption: String) -> Option<Fig
 /// energy. Without `load_work` there is none.
 fn work_figure(windows: &Columns, times: &[f64], side: &str) -> Option<Figure> {
     let column = |name: &str| windows.get(&format!("{side}.{name}"));
-    let work = column("load_work")?;
-    let stored = sum(["kinetic_energy", "strain_energy", "dissipated_energy"].into_iter().filter_map(column));
+    let work = column(balances::LOAD_WORK)?;
+    let kept = [balances::KINETIC_ENERGY, balances::STRAIN_ENERGY, balances::DISSIPATED_ENERGY];
+    let stored = sum(kept.into_iter().filter_map(column));
     let first = stored.first()? - work.first()?;
     let error = |(e, w): (&f64, &f64)| (e - w - first).abs();
     let largest = stored.iter().zip(work).map(error).fold(0.0, f64::max);
@@ -347,12 +323,25 @@ fn sum<'a>(parts: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::columns::Content;
 
     fn table(columns: &[(&str, &[f64])]) -> Columns {
         Columns {
             names: columns.iter().map(|(name, _)| (*name).to_owned()).collect(),
             columns: columns.iter().map(|(_, values)| values.to_vec()).collect(),
+            contents: columns.iter().map(|(name, _)| content(name)).collect(),
         }
+    }
+
+    /// As a run says of the columns that these tests have.
+    fn content(name: &str) -> (String, Content) {
+        let unit = match quantity_of(name) {
+            "ux" | "uy" => "m",
+            "vx" | "vy" => "m/s",
+            "p" => "Pa",
+            _ => "1",
+        };
+        (name.to_owned(), Content { unit: unit.to_owned(), ..Content::default() })
     }
 
     #[test]

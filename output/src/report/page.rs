@@ -4,6 +4,7 @@ use super::figures::{Comparison, Figure};
 use super::frames::FramePicture;
 use super::scale::{quantity, short};
 use crate::summary::{Status, Summary};
+use crate::table::Columns;
 use crate::xml::escape;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
@@ -14,6 +15,8 @@ pub(crate) struct Page {
     pub title: String,
     pub summary: Option<Summary>,
     pub probes: Vec<Figure>,
+    /// The table of probes, for its units.
+    pub probe_columns: Columns,
     pub comparisons: Vec<Comparison>,
     pub frames: Vec<FramePicture>,
     pub coupling: Vec<Figure>,
@@ -34,7 +37,7 @@ pub(crate) fn html(page: &Page) -> String {
     }
     if let Some(summary) = &page.summary {
         head(&mut text, summary);
-        run_table(&mut text, summary);
+        run_table(&mut text, summary, &page.probe_columns);
         role_table(&mut text, summary);
     }
     figures(&mut text, "Probes", &page.probes, &comparison_table(&page.comparisons));
@@ -73,7 +76,7 @@ fn head(text: &mut String, summary: &Summary) {
     }
 }
 
-fn run_table(text: &mut String, summary: &Summary) {
+fn run_table(text: &mut String, summary: &Summary, probes: &Columns) {
     let mut rows: Vec<(&str, String)> = Vec::new();
     if let Some(condition) = &summary.condition_46 {
         let pair = |r: &crate::summary::Residual| format!("largest {}, rms {}", short(r.max), short(r.rms));
@@ -110,8 +113,8 @@ fn run_table(text: &mut String, summary: &Summary) {
         ));
     }
     for (probe, extremes) in &summary.probes {
-        let unit = super::figures::unit_of(probe);
-        let at = |value: f64, time: f64| format!("{} at {} s", quantity(value, unit), short(time));
+        let unit = probes.unit(probe);
+        let at = |value: f64, time: f64| format!("{} at {} s", quantity(value, &unit), short(time));
         let (max, min) = (at(extremes.max, extremes.max_time), at(extremes.min, extremes.min_time));
         rows.push((probe, format!("largest {max}, least {min}")));
     }
@@ -160,7 +163,7 @@ fn comparison_table(comparisons: &[Comparison]) -> String {
     for c in comparisons {
         let cells: String = [c.root_mean_square, c.largest, c.reference_peak, c.run_peak]
             .into_iter()
-            .map(|value| format!("<td>{}</td>", escape(&quantity(value, c.unit))))
+            .map(|value| format!("<td>{}</td>", escape(&quantity(value, &c.unit))))
             .collect();
         let _ = writeln!(
             text,

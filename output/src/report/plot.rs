@@ -12,7 +12,7 @@ pub struct Plot {
     /// Heading.
     pub title: String,
     /// Unit of the values before a prefix; empty for a number without unit.
-    pub unit: &'static str,
+    pub unit: String,
     /// Whether values stand on a logarithmic axis; those that are not positive are left out then.
     pub logarithmic: bool,
     /// Lines.
@@ -83,7 +83,7 @@ pub fn svg(plot: &Plot) -> Option<String> {
     let (min, max) = extent(curve_points().map(|(_, &v)| v).chain(mark_values))?;
 
     let magnitude = if plot.logarithmic { 0.0 } else { min.abs().max(max.abs()) };
-    let (factor, unit) = axis_unit(plot.unit, magnitude);
+    let (factor, unit) = axis_unit(&plot.unit, magnitude);
     let y_ticks = if plot.logarithmic {
         scale::logarithmic(min * factor, max * factor, 8)
     } else {
@@ -361,7 +361,7 @@ mod tests {
 
     #[test]
     fn values_land_where_the_axes_say() {
-        let plot = Plot { unit: "m", curves: vec![line(&[0.0, 0.05, 0.01])], ..Plot::default() };
+        let plot = Plot { unit: "m".to_owned(), curves: vec![line(&[0.0, 0.05, 0.01])], ..Plot::default() };
         let text = svg(&plot).unwrap();
         // Left end at 16 + 2 characters ("50"), right 582; 0 mm at the bottom (328), 50 mm at the top (30).
         assert!(text.contains("d=\"M32.2 328.0L307.1 30.0L582.0 268.4\""), "{text}");

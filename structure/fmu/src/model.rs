@@ -232,18 +232,15 @@ impl Model {
             Source::Time => self.time,
             Source::InterfacePoints => self.declared_points as f64,
             Source::Parameter(parameter) => self.parameter(parameter),
-            Source::SubSteps => match self.sub_steps {
-                SubSteps::Fixed(count) => f64::from(count),
-                SubSteps::Stable => 0.0,
-            },
+            Source::SubSteps => f64::from(self.sub_steps.count().unwrap_or(0)),
             Source::PointForce(point, component) => self.forces[point * d + component],
             Source::PointPosition(point, component) => self.at_point(names::POSITION, point, component),
             Source::PointVelocity(point, component) => self.at_point(names::VELOCITY, point, component),
             Source::Scalar(n) => self.scalars[n],
-            Source::LargestStep => match self.sub_steps {
-                SubSteps::Fixed(count) => self.structure.stable_time_step() * f64::from(count),
+            Source::LargestStep => match self.sub_steps.count() {
+                Some(count) => self.structure.stable_time_step() * f64::from(count),
                 // Any: no importer expects infinity.
-                SubSteps::Stable => f64::MAX,
+                None => f64::MAX,
             },
             Source::LargestStress => self.structure.largest_von_mises_stress()?,
         };

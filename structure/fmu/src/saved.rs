@@ -26,10 +26,7 @@ pub fn to_bytes(state: &InstanceState, token: &str) -> Vec<u8> {
     state.u8(*phase as u8);
     state.f64(model.time);
     state.u64(model.windows);
-    state.u32(match model.sub_steps {
-        SubSteps::Fixed(count) => count,
-        SubSteps::Stable => 0,
-    });
+    state.u32(model.sub_steps.count().unwrap_or(0));
     state.usize(model.declared_points);
     for parameter in Parameter::ALL {
         state.option(model.parameters.get(&parameter), |state, value| state.f64(*value));

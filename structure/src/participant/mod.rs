@@ -22,7 +22,7 @@ use interfaces::case::resolved::{Probe, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
     Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar,
-    ScalarKind, SubSteps, TimeWindow, WindowReport,
+    ScalarKind, TimeWindow, WindowReport,
 };
 pub use section::SECTIONS;
 use snapshot::Snapshots;
@@ -91,7 +91,7 @@ fn preview_in<S: Solid<D>, const D: usize>(case: &Case) -> Result<Vec<(String, S
         line("particles", format!("{} ({free} free)", particles.len())),
         line("stable sub-step", format!("{stable:.3e} s")),
     ];
-    if let Some(SubSteps::Fixed(count)) = case.coupling.as_ref().map(|c| c.sub_steps) {
+    if let Some(count) = case.coupling.as_ref().and_then(|c| c.sub_steps.count()) {
         lines
             .push(line("largest window", format!("{:.3e} s ({count} sub-steps)", stable * f64::from(count))));
     }
@@ -135,11 +135,8 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
         let (solid, accepted) = build::<S, D>(case)?;
         let particles = solid.particles();
         let points = particles.interface.len();
-        let most_sub_steps = match case.coupling.as_ref().map(|c| c.sub_steps) {
-            Some(SubSteps::Fixed(count)) => Some(count),
-            Some(SubSteps::Stable) => None,
-            None => Some(SUB_STEPS_ALONE),
-        };
+        let most_sub_steps =
+            case.coupling.as_ref().map_or(Some(SUB_STEPS_ALONE), |coupling| coupling.sub_steps.count());
         Ok(Self {
             description: describe::<D>(case, S::METHOD, points),
             trial: accepted.clone(),
@@ -239,10 +236,8 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         if let Some(start_load) = &mut self.start_load {
             take_vectors(inputs, names::START_PRESSURE_GRADIENT, start_load);
         }
-        let sub_steps = match window.sub_steps {
-            SubSteps::Fixed(count) => count as usize,
-            SubSteps::Stable => self.accepted.stable_sub_steps(window.size),
-        };
+        let sub_steps = window.sub_steps.count().map(|count| count as usize);
+        let sub_steps = sub_steps.unwrap_or_else(|| self.accepted.stable_sub_steps(window.size));
         self.accepted.time = window.start;
         let load = match &self.start_load {
             Some(start_load) => Load::Linear(start_load, &self.load),
@@ -318,10 +313,15 @@ fn take_vectors<const D: usize>(inputs: &Fields, name: &str, vectors: &mut [Vect
 
 fn describe<const D: usize>(case: &Case, method: &str, points: usize) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, Some(points), direction);
-    let balance =
-        |name: &str| Scalar { name: name.to_owned(), unit: "J".to_owned(), kind: ScalarKind::Balance };
-    let energies = ["kinetic_energy", "strain_energy", "potential_energy", "load_work", "dissipated_energy"];
-    let mut scalars: Vec<Scalar> = energies.into_iter().map(balance).collect();
+    let mut scalars = [
+        (names::KINETIC_ENERGY, "kinetic energy"),
+        (names::STRAIN_ENERGY, "elastic energy of strain"),
+        (names::POTENTIAL_ENERGY, "potential energy of gravity"),
+        (names::LOAD_WORK, "work of all loads since the start, gravity among them"),
+        (names::DISSIPATED_ENERGY, "energy that damping took since the start"),
+    ]
+    .map(|(name, meaning)| Scalar::new(name, "J", ScalarKind::Balance).meaning(meaning))
+    .to_vec();
     for probe in case.probes.iter().filter(|p| p.is_on_structure()) {
         scalars.extend(probe.scalars(D));
     }

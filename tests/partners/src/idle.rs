@@ -4,7 +4,7 @@
 use interfaces::fields::Linear;
 use interfaces::port::names;
 use interfaces::{Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness};
-use interfaces::{Role, SubSteps, TimeWindow, WindowReport};
+use interfaces::{Role, TimeWindow, WindowReport};
 
 /// A fluid that gives a load, or a structure that gives position and velocity, of which it works out nothing.
 pub struct Idle {
@@ -69,10 +69,7 @@ impl Participant for Idle {
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
         self.given = (window.index as usize * 3 + window.iteration as usize) % LOADS;
-        self.sub_steps = match window.sub_steps {
-            SubSteps::Fixed(count) => count,
-            SubSteps::Stable => 1,
-        };
+        self.sub_steps = window.sub_steps.count().unwrap_or(1);
         let loads = [names::START_PRESSURE_GRADIENT, names::PRESSURE_GRADIENT].map(|name| inputs.get(name));
         if let [Some(start), Some(end)] = loads
             && self.interpolates

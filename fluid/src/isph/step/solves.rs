@@ -44,7 +44,7 @@ impl<const D: usize> Isph<D> {
         remove_mean_if(s.surface.is_closed(), &mut s.right);
         report.position_solve = solve(&a, s.surface.is_closed(), &s.right, q, limits, memory);
         require(&report.position_solve, "position correction", time, limits)?;
-        let limit = 0.1 * self.properties.spacing;
+        let limit = self.options.position_limit * self.properties.spacing;
         let inverse_density = 1.0 / self.properties.density;
         a.pair.accelerations(inverse_density, q, &mut s.position_shifts);
         position_projection::limit(&mut s.position_shifts, limit);
@@ -159,4 +159,44 @@ fn require(solve: &Outcome, unknown: &'static str, time: f64, limits: Limits) ->
     }
     let Outcome { iterations, residual, .. } = *solve;
     Err(Error::Solve { unknown, time, residual, iterations, tolerance: limits.tolerance })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Fluid, FluidProperties, InterfaceInput, InterfaceParticles, Isph, Options, State, Walls};
+    use sph::Vector;
+    use sph::lattice::{Lattice, jittered};
+
+    /// Largest displacement over the spacing of particles at rest off the lattice in a step so short that
+    /// nothing else moves them.
+    fn largest_displacement(position_limit: f64) -> f64 {
+        let spacing = 0.1;
+        let lattice = Lattice::fill_box(Vector::<2>::zeros(), Vector::repeat(1.0), spacing);
+        let (particle_volume, positions) =
+            (lattice.cell_volume(), jittered(lattice.positions, 0.2 * spacing, 1));
+        let at_rest = vec![Vector::zeros(); positions.len()];
+        let state = State::new(positions, at_rest);
+        let properties = FluidProperties {
+            density: 1000.0,
+            kinematic_viscosity: 0.0,
+            gravity: Vector::zeros(),
+            spacing,
+            particle_volume,
+            domain: (Vector::repeat(-1.0), Vector::repeat(2.0)),
+            periodic: [false; 2],
+        };
+        let options = Options { position_limit, reference_velocity: Some(1.0), ..Options::default() };
+        let walls = Walls::new(Vec::new(), spacing, 0.24).expect("no walls are sound");
+        let mut fluid = Isph::new(properties, options, walls, InterfaceParticles::default(), &state)
+            .expect("the drop is sound");
+        let mut trial = state.clone();
+        fluid.step(&state, 0.0, 1e-9, &InterfaceInput::NONE, &mut trial).expect("the solve converges");
+        fluid.scratch.position_shifts.iter().map(Vector::norm).fold(0.0, f64::max) / spacing
+    }
+
+    #[test]
+    fn the_position_projection_moves_no_particle_farther_than_its_limit() {
+        assert!(largest_displacement(0.1) > 0.02, "the limit below would do nothing");
+        assert!((largest_displacement(0.01) - 0.01).abs() < 1e-6);
+    }
 }

@@ -125,11 +125,7 @@ impl AddedMassColumn {
 
 impl Model for AddedMassColumn {
     fn description(&self) -> Description {
-        let scalar = |name: &str, unit: &str| Scalar {
-            name: name.to_owned(),
-            unit: unit.to_owned(),
-            kind: ScalarKind::Balance,
-        };
+        let scalar = |name: &str, unit: &str| Scalar::new(name, unit, ScalarKind::Balance);
         let (solver, held): (_, &[&str]) = match self.wall {
             WallModel::Moving => ("mock fluid (added-mass column, moving wall)", &[]),
             WallModel::Compliant => {

@@ -24,8 +24,7 @@ impl Model for Constant {
     fn description(&self) -> Description {
         let mut scalars = components("force", "N", ScalarKind::Balance, self.load.dimension);
         if self.end_after.is_finite() {
-            let (name, unit) = (END_REQUESTED.to_owned(), "1".to_owned());
-            scalars.push(Scalar { name, unit, kind: ScalarKind::Balance });
+            scalars.push(Scalar::new(END_REQUESTED, "1", ScalarKind::Balance));
         }
         self.load.description("mock fluid (constant load)", &[], scalars)
     }

@@ -153,7 +153,7 @@ fn force_name(load: &str) -> &str {
 /// Scalars of the components of a vector: `<name>_x` for balances, `<name>.x` for probes.
 pub(crate) fn components(name: &str, unit: &str, kind: ScalarKind, dimension: usize) -> Vec<Scalar> {
     let separator = if kind == ScalarKind::Probe { '.' } else { '_' };
-    let scalar = |axis| Scalar { name: format!("{name}{separator}{axis}"), unit: unit.to_owned(), kind };
+    let scalar = |axis| Scalar::new(format!("{name}{separator}{axis}"), unit, kind);
     ["x", "y", "z"][..dimension].iter().map(scalar).collect()
 }
 

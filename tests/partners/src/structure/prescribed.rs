@@ -4,7 +4,7 @@ use super::points::{Points, components};
 use crate::Model;
 use crate::stand_in::write;
 use interfaces::port::names;
-use interfaces::{Description, Fields, ParticipantError, ScalarKind, SubSteps, TimeWindow};
+use interfaces::{Description, Fields, ParticipantError, ScalarKind, TimeWindow};
 use std::f64::consts::PI;
 
 /// A motion. Times are those of the windows (s); at time 0 every law passes through the reference positions.
@@ -116,10 +116,7 @@ impl Model for Prescribed {
 
 /// Sub-steps that a structure without a stability limit reports.
 pub(super) fn asked_sub_steps(window: &TimeWindow) -> u32 {
-    match window.sub_steps {
-        SubSteps::Fixed(count) => count.max(1),
-        SubSteps::Stable => 1,
-    }
+    window.sub_steps.count().map_or(1, |count| count.max(1))
 }
 
 #[cfg(test)]

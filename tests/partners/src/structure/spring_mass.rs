@@ -134,8 +134,7 @@ fn rk4(u: f64, v: f64, [k, c]: [f64; 2], [start, end]: [f64; 2], dt: f64) -> (f6
 
 impl Model for SpringMass {
     fn description(&self) -> Description {
-        let energy =
-            |name: &str| Scalar { name: name.to_owned(), unit: "J".to_owned(), kind: ScalarKind::Balance };
+        let energy = |name: &str| Scalar::new(name, "J", ScalarKind::Balance);
         let mut scalars = components("displacement", "m", ScalarKind::Probe, self.points.dimension);
         scalars.extend(["kinetic_energy", "elastic_energy", "load_work"].map(energy));
         let mut description = self.points.description("mock structure (spring and mass)", true, scalars);

@@ -4,7 +4,7 @@
 use output::summary::{
     Balances, Condition46, EnergyBalance, FluidBalance, Residual, RoleUse, Status, probe_extremes,
 };
-use output::{Error, ParticleFrame, PointArray, Series, Summary, Table, Values, table, write_report};
+use output::{Column, Error, ParticleFrame, PointArray, Series, Summary, Table, Values, table, write_report};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -74,8 +74,11 @@ fn write_structure(dir: &Path, frames: usize) {
 }
 
 fn write_tables(dir: &Path) {
-    let mut probes =
-        Table::create(&dir.join("probes.csv"), &["t", "tip.ux", "tip.uy", "bed.p", "wall.fx"]).unwrap();
+    let column = |(name, unit): (&str, &str)| Column::new(name, unit, "");
+    let columns =
+        [("t", "s"), ("tip.ux", "m"), ("tip.uy", "m"), ("bed.p", "Pa"), ("wall.fx", "N")].map(column);
+    output::columns::write(dir, &[("probes.csv", &columns)]).unwrap();
+    let mut probes = Table::create(&dir.join("probes.csv"), &columns).unwrap();
     let mut windows = Table::create(
         &dir.join("windows.csv"),
         &[

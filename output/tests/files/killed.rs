@@ -17,7 +17,7 @@ fn files_are_whole_after_a_kill() {
     for round in 0..4 {
         let dir = tempfile::tempdir().unwrap();
         let mut writer = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "files_are_whole_after_a_kill"])
+            .args(["--exact", "killed::files_are_whole_after_a_kill"])
             .env(WRITE_INTO, dir.path())
             .stdout(Stdio::null())
             .spawn()
