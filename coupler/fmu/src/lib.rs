@@ -25,6 +25,7 @@ pub mod description;
 mod error;
 mod fmi2;
 mod fmi3;
+mod instantiate;
 pub mod participant;
 mod saved;
 pub mod unit;

@@ -2,8 +2,9 @@
 
 use crate::Error;
 use crate::archive::{Archive, Unpacked};
+use crate::instantiate::instantiate;
 use crate::saved;
-use crate::unit::{Instance, Stepped, instantiate};
+use crate::unit::{Instance, Stepped};
 use crate::wiring::{Values, Wire, Wiring, wire};
 use interfaces::case::Case;
 use interfaces::case::resolved::{Start, Unit};
