@@ -15,6 +15,7 @@ pub use raw::echo;
 
 use crate::run::RunError;
 use interfaces::ParticipantError;
+use interfaces::case::Sections;
 use std::hint::black_box;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -34,6 +35,8 @@ pub struct Options {
     pub executable: PathBuf,
     /// Domain of shared memory, where it is not the usual one.
     pub domain: Option<String>,
+    /// Sections of the case that the participants' executable knows: both ends have to read the same.
+    pub sections: Vec<Sections>,
     /// Becomes true when the bench is told to stop.
     pub stop: Arc<AtomicBool>,
 }

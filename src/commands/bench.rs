@@ -25,6 +25,7 @@ fn exchange(arguments: &Exchange) -> ExitCode {
         share_core: !arguments.apart,
         executable,
         domain: arguments.domain.clone(),
+        sections: super::SECTIONS.to_vec(),
         stop,
     };
     match bench::exchange(&options, |line| say(line)) {

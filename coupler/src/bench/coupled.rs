@@ -65,7 +65,8 @@ fn case(series: Series, points: usize, windows: u64, options: &Options) -> Case 
             settings.push("coupling.convergence.relative=1e-300".to_owned());
         }
     }
-    Case::parse(CASE, Path::new("exchange.toml"), &settings, &[]).expect("the case of the bench is sound")
+    Case::parse(CASE, Path::new("exchange.toml"), &settings, &options.sections)
+        .expect("the case of the bench is sound")
 }
 
 /// Measures a series.

@@ -14,11 +14,14 @@ pub use serde_json::Value as Json;
 use serde_json::json;
 use toml::{Table, Value};
 
+/// Where a section stands (`fluid.numerics`), and what makes its JSON schema.
+pub type Section = (&'static str, fn() -> Json);
+
 /// What a solver adds to the case file. A section that nobody brings is handed on as it is written.
 #[derive(Clone, Copy)]
 pub struct Sections {
-    /// Where each section stands (`fluid.numerics`), and its JSON schema.
-    pub schemas: &'static [(&'static str, fn() -> Json)],
+    /// The sections' schemas.
+    pub schemas: &'static [Section],
     /// Fills in what the sections, and keys elsewhere that only the solver can decide, leave out, and reports
     /// what types cannot say. It runs before the checks of the rest. A number that was found wrong is NaN.
     pub resolve: fn(&mut CaseFile, &mut Findings),
