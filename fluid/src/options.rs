@@ -1,7 +1,7 @@
 //! Choices of the method: the default is the energy-consistent recipe, the paper's steps are options.
 //!
-//! Comments, types, ranges and defaults of the options that are keys of `[fluid.numerics]` are those of the case
-//! file, its schema and its documentation.
+//! Comments, types, ranges and defaults of the options that are keys of `[fluid.numerics]` are those of the
+//! case file, its schema and its documentation.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -93,16 +93,16 @@ pub struct Options {
     /// Smagorinsky constant of the sub-particle-scale (large-eddy) viscosity, Eq. (10); 0 leaves it out.
     #[schemars(extend("minimum" = 0))]
     pub smagorinsky: f64,
-    /// Residual of the pressure Poisson equation over its right-hand side, below which its iteration ends; with an
-    /// implicit coupling scheme a tenth of `coupling.convergence.relative` saves iterations of that.
+    /// Residual of the pressure Poisson equation over its right-hand side, below which its iteration ends;
+    /// with an implicit coupling scheme a tenth of `coupling.convergence.relative` saves iterations of that.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub pressure_tolerance: f64,
     /// Iterations of the pressure Poisson equation at most; more are an error.
     #[serde(rename = "pressure_iterations_limit")]
     #[schemars(extend("minimum" = 1))]
     pub iteration_limit: usize,
-    /// Share of the compact Laplacian that is added to the exact projection operator `D M⁻¹ Dᵀ`, which is blind
-    /// to checkerboards.
+    /// Share of the compact Laplacian that is added to the exact projection operator `D M⁻¹ Dᵀ`, which is
+    /// blind to checkerboards.
     #[serde(rename = "pressure_stabilization")]
     #[schemars(extend("minimum" = 0))]
     pub laplacian_share: f64,
@@ -132,7 +132,8 @@ pub struct Options {
     pub tearing: Tearing,
     /// Law of particle shifting.
     pub shifting: ShiftingLaw,
-    /// Factor of the shifting vector: times `2h u Δt` of the law `"concentration"`, the paper's `C` of its own.
+    /// Factor of the shifting vector: times `2h u Δt` of the law `"concentration"`, the paper's `C` of its
+    /// own.
     #[schemars(extend("minimum" = 0))]
     pub shifting_coefficient: f64,
     /// Shifting displacement at most, as a factor of h.
@@ -140,8 +141,8 @@ pub struct Options {
     pub shifting_limit: f64,
     /// Whether shifting beside a structure follows Eqs. (27)–(30).
     pub interface_shifting: bool,
-    /// Whether velocity and pressure are corrected by a Taylor expansion after shifting, Eqs. (20), (31) and (32).
-    /// It adds energy at ragged surfaces.
+    /// Whether velocity and pressure are corrected by a Taylor expansion after shifting, Eqs. (20), (31) and
+    /// (32). It adds energy at ragged surfaces.
     pub taylor_correction: bool,
     /// Distance from a wall or structure below which no particle may come, as a factor of Δx.
     #[schemars(extend("minimum" = 0))]

@@ -20,8 +20,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Law {
-    /// The paper's: Cauchy stress from Almansi strain by Hooke's law, Eqs. (37)–(41). It has no potential and may
-    /// gain energy in long runs without damping.
+    /// The paper's: Cauchy stress from Almansi strain by Hooke's law, Eqs. (37)–(41). It has no potential and
+    /// may gain energy in long runs without damping.
     AlmansiHooke,
     /// St. Venant–Kirchhoff: second Piola–Kirchhoff stress from Green–Lagrange strain by Hooke's law.
     #[serde(rename = "saint-venant-kirchhoff")]

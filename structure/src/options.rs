@@ -31,8 +31,8 @@ impl Gradient {
     }
 }
 
-/// Numerics of the TLSPH structure. It is integrated by the classical Runge–Kutta method of fourth order, Eqs.
-/// (43)–(45).
+/// Numerics of the TLSPH structure. It is integrated by the classical Runge–Kutta method of fourth order,
+/// Eqs. (43)–(45).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Options {

@@ -1,5 +1,5 @@
-//! The `meniscus` command as a user runs it: the case file with all its sections, results, ends of every kind,
-//! mistakes, and the coupling loop on partners that are known.
+//! The `meniscus` command as a user runs it: the case file with all its sections, results, ends of every
+//! kind, mistakes, and the coupling loop on partners that are known.
 //!
 //! One executable, so that the tests share the cores and the support. Every run has a folder and a domain of
 //! shared memory of its own, which must be empty afterwards; every process has a watchdog.

@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum StructureVelocity {
-    /// Its displacement over the window's size. It answers a load of the window always in the load's direction,
-    /// however stiff the structure.
+    /// Its displacement over the window's size. It answers a load of the window always in the load's
+    /// direction, however stiff the structure.
     Mean,
     /// That at the window's end.
     End,
@@ -28,8 +28,8 @@ impl StructureVelocity {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoadForm {
-    /// Transpose of the divergence through which the structure's velocity enters the pressure equation: equal and
-    /// opposite by construction.
+    /// Transpose of the divergence through which the structure's velocity enters the pressure equation: equal
+    /// and opposite by construction.
     Transpose,
     /// Pressure gradient at the structure's particles, Eq. (48) of the paper, over fluid and structure, with
     /// `p = 0` on dry structure particles.

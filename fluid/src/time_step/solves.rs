@@ -177,8 +177,8 @@ mod tests {
     use sph::Vector;
     use sph::lattice::{Lattice, jittered};
 
-    /// Largest displacement over the spacing of particles at rest off the lattice in a step so short that nothing
-    /// else moves them.
+    /// Largest displacement over the spacing of particles at rest off the lattice in a step so short that
+    /// nothing else moves them.
     fn largest_displacement(position_limit: f64) -> f64 {
         let spacing = 0.1;
         let lattice = Lattice::fill_box(Vector::<2>::zeros(), Vector::repeat(1.0), spacing);

@@ -17,20 +17,20 @@ pub struct Coupling {
     /// Largest time window (s); `case.output_interval` if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_window: f64,
-    /// Sub-steps of the structure in a window, or `"stable"`: as many as its stability asks, which is found anew
-    /// as it is strained.
+    /// Sub-steps of the structure in a window, or `"stable"`: as many as its stability asks, which is found
+    /// anew as it is strained.
     #[serde(with = "sub_steps")]
     #[schemars(with = "SubStepsKey")]
     pub sub_steps: SubSteps,
     /// Form of the load.
     pub load: LoadForm,
-    /// Whether a serial explicit window begins with a prediction of the structure. Without one each side solves
-    /// once, under the last window's load: a third less to do, for light fluids only. Yes if left out, only with
-    /// that scheme.
+    /// Whether a serial explicit window begins with a prediction of the structure. Without one each side
+    /// solves once, under the last window's load: a third less to do, for light fluids only. Yes if left out,
+    /// only with that scheme.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prediction: Option<bool>,
-    /// Load that the structure's sub-steps see within a window; with an implicit scheme its end is the iterate
-    /// (waveform). For structures that take `start_pressure_gradient` or `start_force`; ours does.
+    /// Load that the structure's sub-steps see within a window; with an implicit scheme its end is the
+    /// iterate (waveform). For structures that take `start_pressure_gradient` or `start_force`; ours does.
     pub load_in_window: LoadInWindow,
     /// Relaxation, over 0 and at most 1: of the load, 1 with the mean velocity and 0.5 with that at the end
     /// if left out; of an implicit scheme's first iterations, 0.1.
@@ -41,15 +41,15 @@ pub struct Coupling {
     pub structure_velocity: StructureVelocity,
     /// Whether the pressure equation carries the structure's compliance (its 1/ρ).
     pub compliance: bool,
-    /// Whether condition (46), continuity of the normal stress, is enforced; it is measured and recorded in any
-    /// case.
+    /// Whether condition (46), continuity of the normal stress, is enforced; it is measured and recorded in
+    /// any case.
     pub enforce_condition_46: bool,
     /// Longest wait for an answer of a participant (s).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub deadline: f64,
-    /// Whether the coupler may put the processes of a serial scheme on one core where windows take less than two
-    /// milliseconds, much of which is waking: it tries, and keeps what is faster (`docs/exchange.md`). No in
-    /// parallel order. Say `false` where you place processes yourself.
+    /// Whether the coupler may put the processes of a serial scheme on one core where windows take less than
+    /// two milliseconds, much of which is waking: it tries, and keeps what is faster (`docs/exchange.md`). No
+    /// in parallel order. Say `false` where you place processes yourself.
     pub share_core: bool,
     /// Order of the extrapolation from the last windows to the first iterate of an implicit scheme; 1 if left
     /// out.
@@ -83,17 +83,17 @@ pub struct Mapping {
     /// Spacing of the points that fill the bodies (m); that of the structure if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub spacing: f64,
-    /// Farthest that a point may be from the structure's points, by nearest projection outside its boundary (m);
-    /// two spacings if left out.
+    /// Farthest that a point may be from the structure's points, by nearest projection outside its boundary
+    /// (m); two spacings if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub reach: f64,
-    /// Whether the weights are made anew after every window, from where the points have gone; a structure whose
-    /// points stay with its material needs none of it.
+    /// Whether the weights are made anew after every window, from where the points have gone; a structure
+    /// whose points stay with its material needs none of it.
     pub rebuild: bool,
 }
 
-/// Between the structure's particles and a fluid's own points: motion goes to these by the weights, forces come
-/// back by their transpose.
+/// Between the structure's particles and a fluid's own points: motion goes to these by the weights, forces
+/// come back by their transpose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FluidMapping {
@@ -102,8 +102,8 @@ pub struct FluidMapping {
     /// Farthest that a point may be from the structure's particles (m); two of their spacings if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub reach: f64,
-    /// Whether the weights are made anew for every window, from where the points are at its start; points that
-    /// stay with the structure's surface need none of it.
+    /// Whether the weights are made anew for every window, from where the points are at its start; points
+    /// that stay with the structure's surface need none of it.
     pub rebuild: bool,
 }
 
@@ -231,7 +231,8 @@ fn defaults(
         prediction: (scheme == CouplingScheme::SerialExplicit).then_some(true),
         load_in_window,
         relaxation: match structure_velocity {
-            // Iterations against a moving wall contract by `1 − r (1 + μ)`, up to an added-mass ratio `μ` of 19.
+            // Iterations against a moving wall contract by `1 − r (1 + μ)`, up to an added-mass ratio `μ` of
+            // 19.
             _ if implicit => 0.1,
             // Stable without relaxation.
             StructureVelocity::Mean => 1.0,

@@ -41,8 +41,8 @@ use std::path::{Path, PathBuf};
 
 impl Case {
     /// Reads the case file at `path`, or `case.toml` in the folder `path`, with `overrides`
-    /// (`section.key=value`) applied before it is checked. `solvers` bring the sections of their own; sections
-    /// that none of them brings are taken as they are written.
+    /// (`section.key=value`) applied before it is checked. `solvers` bring the sections of their own;
+    /// sections that none of them brings are taken as they are written.
     ///
     /// # Errors
     /// All mistakes of the file, or that it cannot be read.
@@ -100,9 +100,9 @@ impl Case {
         toml::to_string(self).expect("a case has only tables with names for keys, lists, numbers and words")
     }
 
-    /// SHA-256, in hexadecimal, of what participants must agree on, by which processes find out whether they run
-    /// the same case: the case as resolved without `threads`, on which no result depends, without titles and
-    /// references, and without what names programs and files, which may be elsewhere for another.
+    /// SHA-256, in hexadecimal, of what participants must agree on, by which processes find out whether they
+    /// run the same case: the case as resolved without `threads`, on which no result depends, without titles
+    /// and references, and without what names programs and files, which may be elsewhere for another.
     pub fn hash(&self) -> String {
         let mut same = self.clone();
         (same.general.threads, same.general.title) = (0, String::new());

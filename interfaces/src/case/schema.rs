@@ -33,7 +33,8 @@ fn in_one_line(value: &mut Value) {
     }
 }
 
-/// Describes the table at `place` (`fluid.numerics`) by the schema of its own, whose definitions join the others.
+/// Describes the table at `place` (`fluid.numerics`) by the schema of its own, whose definitions join the
+/// others.
 fn put_section(schema: &mut Value, place: &str, mut section: Value) {
     if let Value::Object(node) = &mut section {
         let _ = (node.remove("$schema"), node.remove("title"));

@@ -1,9 +1,9 @@
 //! Sections of the case that a solver brings: `[fluid.numerics]`, `[structure.material]`.
 //!
 //! The solver has a type for each: its documentation comments, fields and attributes are the section's keys,
-//! and values of it the defaults. Everybody else hands the section on as a table. What is written is laid over
-//! the defaults ([`laid_over`]); the keys, the JSON schema and the tables of `docs/case-file.md` follow from
-//! the type ([`schema_of`]).
+//! and values of it the defaults. Everybody else hands the section on as a table. What is written is laid
+//! over the defaults ([`laid_over`]); the keys, the JSON schema and the tables of `docs/case-file.md` follow
+//! from the type ([`schema_of`]).
 
 use super::findings::Findings;
 use super::typed::CaseFile;

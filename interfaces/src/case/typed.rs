@@ -207,15 +207,15 @@ pub struct Participant {
     /// A command that the coupler starts: the program and its arguments.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<Vec<String>>,
-    /// A functional mock-up unit (FMI 2.0 or 3.0): its file, sought from where the case file is. A process that
-    /// the coupler starts serves it.
+    /// A functional mock-up unit (FMI 2.0 or 3.0): its file, sought from where the case file is. A process
+    /// that the coupler starts serves it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fmu: Option<PathBuf>,
     /// Variables behind the ports of an FMU, and numbers that it tells.
     #[serde(default, skip_serializing_if = "Variables::is_empty")]
     pub variables: Variables,
-    /// Parameters of an FMU and their values, by name: `{ youngs_modulus = 1e6, nodes = 40 }`; its own if left
-    /// out.
+    /// Parameters of an FMU and their values, by name: `{ youngs_modulus = 1e6, nodes = 40 }`; its own if
+    /// left out.
     #[serde(default, skip_serializing_if = "Parameters::is_empty")]
     pub parameters: Parameters,
     /// Variables of an FMU that are recorded besides its energies and the case's probes.

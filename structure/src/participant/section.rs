@@ -106,8 +106,8 @@ fn check_material(material: &Material, dimension: u32, findings: &mut Findings) 
     }
 }
 
-/// Clamps as the gradient wants them: on the face itself for the quadratic one; by rows as deep as its support
-/// for the first-order one, which does not see fixed points.
+/// Clamps as the gradient wants them: on the face itself for the quadratic one; by rows as deep as its
+/// support for the first-order one, which does not see fixed points.
 fn resolve_clamps(
     structure: &mut typed::Structure,
     gradient: Gradient,
