@@ -73,7 +73,7 @@ pub(crate) struct Teller {
 pub(crate) type Heard = Mutex<String>;
 
 impl Teller {
-    fn new(file: &Path) -> Self {
+    pub fn new(file: &Path) -> Self {
         Self { file: file.to_owned(), heard: Box::new(Mutex::new(String::new())) }
     }
 
