@@ -323,7 +323,7 @@ pub fn words(bytes: usize) -> usize {
     bytes.div_ceil(8)
 }
 
-/// Bytes in the bits of doubles, [`words`] of them, the last padded with zeros.
+/// Bytes in the bits of doubles, [`words`](fn@words) of them, the last padded with zeros.
 pub fn packed(bytes: &[u8]) -> impl ExactSizeIterator<Item = f64> {
     bytes.chunks(8).map(|chunk| {
         let mut eight = [0; 8];

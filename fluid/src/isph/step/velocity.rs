@@ -127,11 +127,11 @@ impl<const D: usize> Isph<D> {
             p,
         );
         match self.options.load {
-            Load::Transpose if whole => {
-                self.output.pressure_gradients.clone_from(&self.output.pair_reactions)
+            Load::Transpose => {
+                // The paper's scheme leaves the particles' own pressure to what surrounds them; a load has it.
+                let of = if whole { &self.output.pair_reactions } else { &s.structure_gradients };
+                self.output.pressure_gradients.clone_from(of);
             }
-            // The paper's scheme leaves the particles' own pressure to what surrounds them; a load has it.
-            Load::Transpose => self.output.pressure_gradients.clone_from(&s.structure_gradients),
             Load::PressureGradient => interface_load::pressure_gradient_load(
                 &s.neighbourhood,
                 &self.kernel,
