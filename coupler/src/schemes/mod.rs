@@ -1,7 +1,7 @@
 //! Coupling schemes, one file each, and a participant without a partner.
 //!
 //! A [`Solver`] solves and accepts one window; [`Run::drive`] is the loop over them, for a pair under its
-//! scheme ([`Coupled`]) and for one side [`alone`]. A [`Run`] is a value: between two windows it can be saved
+//! scheme ([`Coupled`]) and for one side `alone`. A [`Run`] is a value: between two windows it can be saved
 //! and gone back to.
 
 pub mod accepted;

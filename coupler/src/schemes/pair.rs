@@ -24,7 +24,7 @@ pub struct Pair {
     /// The pressure gradient under which the structure solves (Pa/m).
     pub load: Vec<f64>,
     /// The structure's velocity that the fluid is to meet (m/s): that of the structure's last solution, by
-    /// [`structure_velocity`](Self::structure_velocity), unless a scheme guesses it.
+    /// `structure_velocity`, unless a scheme guesses it.
     pub new_velocity: Vec<f64>,
     /// What each iteration of the window at hand left; empty with an explicit scheme.
     pub residuals: Vec<Residual>,
