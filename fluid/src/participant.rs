@@ -313,15 +313,13 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
     }
 
     fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        let mut bytes = self.accepted_ledger.to_bytes();
-        bytes.extend(F::save(&self.accepted));
-        Ok(saved::to_bytes(&self.ready, self.fluid.output(), &bytes))
+        let own = F::save(&self.accepted);
+        Ok(saved::to_bytes(&self.ready, self.fluid.output(), &self.accepted_ledger, &own))
     }
 
     fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
-        let (ready, output, state) = saved::from_bytes(state, self.fluid.output()).map_err(failed)?;
-        let (ledger, rest) = Ledger::from_bytes(state).ok_or_else(|| failed("the saved state is cut off"))?;
-        self.accepted = F::restore(rest).map_err(failed)?;
+        let (ready, output, ledger, own) = saved::from_bytes(state, self.fluid.output()).map_err(failed)?;
+        self.accepted = F::restore(own).map_err(failed)?;
         self.accepted_ledger = ledger;
         *self.fluid.output_mut() = output;
         self.ready.clone_from(&ready);

@@ -6,6 +6,7 @@ use crate::properties::FluidProperties;
 use crate::report::StepReport;
 use interfaces::port::names;
 use sph::Vector;
+use words::bytes::{Error, Reader, Writer};
 
 /// Figures of an accepted state, in the order of [`Ledger::NAMES`].
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -33,11 +34,12 @@ mod at {
     pub const PRESSURE_ITERATIONS: usize = 15;
     pub const PRESSURE_RESIDUAL: usize = 16;
     pub const POSITION_ITERATIONS: usize = 17;
+    pub const DISPLACEMENT_WORK: usize = 18;
 }
 
 impl Ledger {
     /// Names, units and meanings of its columns.
-    pub const NAMES: [(&'static str, &'static str, &'static str); 18] = [
+    pub const NAMES: [(&'static str, &'static str, &'static str); 19] = [
         (names::KINETIC_ENERGY, "J", "kinetic energy"),
         (names::POTENTIAL_ENERGY, "J", "potential energy of gravity"),
         ("structure_work", "J", "work of the structure on the fluid since the start"),
@@ -56,6 +58,11 @@ impl Ledger {
         ("pressure_iterations", "1", "iterations of the pressure solve"),
         ("pressure_residual", "1", "residual of the pressure solve over its right-hand side"),
         ("position_iterations", "1", "iterations of the position projection"),
+        (
+            "displacement_work",
+            "J",
+            "potential energy by position projection, shifting and contact since the start",
+        ),
     ];
 
     /// The figures of the initial state.
@@ -93,6 +100,7 @@ impl Ledger {
         f[at::PRESSURE_ITERATIONS] = step.pressure_solve.iterations as f64;
         f[at::PRESSURE_RESIDUAL] = step.pressure_solve.residual;
         f[at::POSITION_ITERATIONS] = step.position_solve.iterations as f64;
+        f[at::DISPLACEMENT_WORK] += step.displacement_work;
         next
     }
 
@@ -101,18 +109,17 @@ impl Ledger {
         self.figures.to_vec()
     }
 
-    /// The figures as bytes (little endian).
-    pub fn to_bytes(&self) -> Vec<u8> {
-        self.figures.iter().flat_map(|f| f.to_le_bytes()).collect()
+    /// Writes the figures to a saved state.
+    pub fn save(&self, state: &mut Writer) {
+        state.f64s(&self.figures);
     }
 
-    /// The ledger that stands before the rest of some bytes; nothing where they are too few.
-    pub fn from_bytes(bytes: &[u8]) -> Option<(Self, &[u8])> {
-        let mut ledger = Self::default();
-        let (mine, rest) = bytes.split_at_checked(8 * Self::NAMES.len())?;
-        for (figure, word) in ledger.figures.iter_mut().zip(mine.chunks_exact(8)) {
-            *figure = f64::from_le_bytes(word.try_into().expect("chunks of eight bytes"));
-        }
-        Some((ledger, rest))
+    /// Reads what [`save`](Self::save) wrote.
+    ///
+    /// # Errors
+    /// Bytes that are no such figures.
+    pub fn restore(state: &mut Reader<'_>) -> Result<Self, Error> {
+        let figures = state.f64s("balances", Some(Self::NAMES.len()))?;
+        Ok(Self { figures: figures.try_into().expect("as many were asked for") })
     }
 }

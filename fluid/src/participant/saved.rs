@@ -1,14 +1,20 @@
 //! What a restored fluid gives at once, around its own state: limit and scalars depend on the last solution's
 //! inputs, and the load on its sums.
 
+use super::ledger::Ledger;
 use crate::interface::InterfaceOutput;
 use interfaces::Readiness;
 use words::bytes::{Error, Reader, Writer};
 
 /// First bytes of a saved state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscflp1";
+const MAGIC: &[u8; 8] = b"mnscflp2";
 
-pub fn to_bytes<const D: usize>(ready: &Readiness, output: &InterfaceOutput<D>, own: &[u8]) -> Vec<u8> {
+pub fn to_bytes<const D: usize>(
+    ready: &Readiness,
+    output: &InterfaceOutput<D>,
+    ledger: &Ledger,
+    own: &[u8],
+) -> Vec<u8> {
     let mut state = Writer::new(MAGIC);
     state.f64(ready.window_limit);
     state.f64s(&ready.scalars);
@@ -16,6 +22,7 @@ pub fn to_bytes<const D: usize>(ready: &Readiness, output: &InterfaceOutput<D>, 
         state.vectors(vectors);
     }
     state.f64s(&output.pressures);
+    ledger.save(&mut state);
     state.bytes(own);
     state.finish()
 }
@@ -24,7 +31,7 @@ pub fn to_bytes<const D: usize>(ready: &Readiness, output: &InterfaceOutput<D>, 
 pub fn from_bytes<'a, const D: usize>(
     bytes: &'a [u8],
     output: &InterfaceOutput<D>,
-) -> Result<(Readiness, InterfaceOutput<D>, &'a [u8]), Error> {
+) -> Result<(Readiness, InterfaceOutput<D>, Ledger, &'a [u8]), Error> {
     let points = Some(output.pressures.len());
     let mut state = Reader::new("fluid's state", MAGIC, bytes)?;
     let ready = Readiness { window_limit: state.f64("window limit")?, scalars: state.f64s("scalars", None)? };
@@ -34,6 +41,7 @@ pub fn from_bytes<'a, const D: usize>(
         normals: state.vectors("normals", points)?,
         pressures: state.f64s("pressures", points)?,
     };
+    let ledger = Ledger::restore(&mut state)?;
     let own = state.bytes("particles")?;
-    state.finish().map(|()| (ready, output, own))
+    state.finish().map(|()| (ready, output, ledger, own))
 }
