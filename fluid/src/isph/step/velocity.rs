@@ -128,7 +128,8 @@ impl<const D: usize> Isph<D> {
         );
         match self.options.load {
             Load::Transpose => {
-                // The paper's scheme leaves the particles' own pressure to what surrounds them; a load has it.
+                // The paper's scheme leaves the particles' own pressure to what surrounds them; a load has
+                // it.
                 let of = if whole { &self.output.pair_reactions } else { &s.structure_gradients };
                 self.output.pressure_gradients.clone_from(of);
             }
