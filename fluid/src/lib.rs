@@ -68,7 +68,8 @@ pub use boundaries::walls::{Side, SurfacePoint, WallPart, WallShape, Walls};
 pub use error::Error;
 pub use interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
 pub use isph::options::{
-    Load, Options, Preconditioner, Scheme, ShiftingLaw, StructureVelocity, Tearing, ViscousOperator,
+    Load, LostParticles, Options, Preconditioner, Scheme, ShiftingLaw, StructureVelocity, Tearing,
+    ViscousOperator,
 };
 pub use isph::solver::Isph;
 pub use isph::state::State;

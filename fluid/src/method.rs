@@ -67,6 +67,9 @@ pub trait Fluid<const D: usize>: Sized {
         trial: &mut State<D, Self::Memory>,
     ) -> Result<StepReport<D>, Error>;
 
+    /// Whether a run ends that loses particles inside walls or structure.
+    fn refuses_lost_particles(&self) -> bool;
+
     /// What the structure gets of the last step.
     fn output(&self) -> &InterfaceOutput<D>;
 

@@ -106,6 +106,8 @@ struct FluidParticipant<const D: usize, F: Fluid<D>> {
     max_time_step: f64,
     end_of_trial: f64,
     report: Option<WindowReport>,
+    /// Why the last solution must not be accepted: particles that it lost.
+    lost: Option<String>,
     /// Limit and scalars at the end of the last solution: between windows, of the accepted state. They depend
     /// on more than that, as does the load.
     ready: Readiness,
@@ -134,6 +136,7 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
             max_time_step,
             end_of_trial: 0.0,
             report: None,
+            lost: None,
             ready: Readiness { window_limit: f64::INFINITY, scalars: Vec::new() },
             snapshots: Snapshots::create(out)?,
             shown_walls: fluid.walls().clone(),
@@ -279,6 +282,15 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         };
         let step = self.fluid.step(&self.accepted, window.start, window.size, &structure, &mut self.trial);
         let step = step.map_err(|error| self.explain(&error, window.start))?;
+        self.lost = step.first_lost.filter(|_| self.fluid.refuses_lost_particles()).map(|(id, at)| {
+            let time = window.end();
+            format!(
+                "particle {id} was lost at {:?} m in the step to t = {time} s: it is inside a wall or the structure. \
+                 A structure as fine as the fluid, or a smaller fluid.numerics.courant, may help; \
+                 fluid.numerics.lost_particles = \"counted\" goes on without it",
+                at.as_slice()
+            )
+        });
         self.trial_ledger = self.accepted_ledger.after(&step, &self.trial);
         self.end_of_trial = window.end();
         self.ready = Readiness {
@@ -300,6 +312,9 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
     }
 
     fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+        if let Some(lost) = self.lost.take() {
+            return Err(failed(lost));
+        }
         std::mem::swap(&mut self.accepted, &mut self.trial);
         self.accepted_ledger = self.trial_ledger.clone();
         if snapshot.is_some() {

@@ -76,6 +76,8 @@ pub struct StepReport<const D: usize> {
     pub left: u64,
     /// Particles lost so far.
     pub lost: u64,
+    /// The first that was lost in this step, by number, and where (m).
+    pub first_lost: Option<(u32, Vector<D>)>,
 }
 
 impl<const D: usize> Default for StepReport<D> {
@@ -109,6 +111,7 @@ impl<const D: usize> Default for StepReport<D> {
             torn: 0,
             left: 0,
             lost: 0,
+            first_lost: None,
         }
     }
 }

@@ -290,3 +290,74 @@ fn the_structure_of_a_case_is_exported_as_a_unit() {
     let alone = bench.call(&["export-fmu", "cases/hydrostatic_tank"]);
     refused(&alone, 1, &["the case has no structure"]);
 }
+
+/// Water on a plate of particles twice as coarse as its own: it comes through. That is a failure with place and
+/// time, unless the case says that lost particles count for nothing.
+#[test]
+fn lost_particles_end_a_run() {
+    const LEAKING: &str = r#"
+[case]
+title = "water on a coarse plate"
+dimension = 2
+end_time = 0.06
+output_interval = 0.02
+gravity = [0.0, -9.81]
+particle_spacing = 0.005
+threads = 1
+
+[fluid]
+density = 1000.0
+kinematic_viscosity = 1e-6
+domain = { low = [-0.1, -0.2], high = [0.4, 0.6] }
+
+[[fluid.region]]
+name = "water"
+box = { low = [0.0, 0.0], high = [0.2, 0.1] }
+
+[[fluid.wall]]
+name = "left"
+polyline = [[0.0, 0.5], [0.0, -0.04]]
+solid_side = "right"
+
+[[fluid.wall]]
+name = "right"
+polyline = [[0.2, -0.04], [0.2, 0.5]]
+solid_side = "right"
+
+[structure]
+particle_spacing = 0.01
+
+[structure.material]
+law = "saint-venant-kirchhoff"
+youngs_modulus = 1e7
+poisson_ratio = 0.3
+density = 2000.0
+
+[[structure.body]]
+name = "plate"
+box = { low = [0.0, -0.04], high = [0.2, 0.0] }
+
+[[structure.clamp]]
+name = "left"
+body = "plate"
+face = "left"
+
+[[structure.clamp]]
+name = "right"
+body = "plate"
+face = "right"
+"#;
+    let bench = Bench::new();
+    let case = bench.path("leaking.toml").display().to_string();
+    fs::write(&case, LEAKING).expect("a case");
+    let ended =
+        bench.call(&["run", &case, "--in-process", "--out", &bench.path("lost").display().to_string()]);
+    assert_eq!(ended.status.code(), Some(1), "{}{}", ended.text, ended.errors);
+    for word in ["the fluid failed", "was lost at [", "lost_particles"] {
+        assert!(ended.errors.contains(word), "`{word}` is not in: {}", ended.errors);
+    }
+    let counted = "fluid.numerics.lost_particles=counted";
+    let out = bench.path("counted").display().to_string();
+    let ended = bench.call(&["run", &case, "--in-process", "--set", counted, "--out", &out]);
+    assert_eq!(ended.status.code(), Some(0), "{}{}", ended.text, ended.errors);
+}

@@ -65,6 +65,16 @@ pub enum Preconditioner {
     Multigrid,
 }
 
+/// What becomes of a run in which particles are lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum LostParticles {
+    /// It ends, and the message says which particle, where and when: water that is gone is not conserved.
+    Refused,
+    /// It goes on without them, and counts them (`fluid.particles_lost`).
+    Counted,
+}
+
 /// All choices of the method: `[fluid.numerics]`, and what other keys of the case say. Lengths and velocities
 /// are in units of the spacing or derived from the case, so that one set serves all resolutions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -147,6 +157,8 @@ pub struct Options {
     /// Distance from a wall or structure below which no particle may come, as a factor of Δx.
     #[schemars(extend("minimum" = 0))]
     pub contact_distance: f64,
+    /// What becomes of a run in which particles are lost inside walls or structure.
+    pub lost_particles: LostParticles,
     /// Compressibility κ of the fluid in units of `1/(ρΔx²)`: keeps the operator regular.
     #[serde(skip)]
     pub regularisation: f64,
@@ -190,6 +202,7 @@ impl Default for Options {
             pressure_tolerance: 1e-3,
             position_tolerance: 5e-2,
             position_limit: 0.1,
+            lost_particles: LostParticles::Refused,
             iteration_limit: 1000,
             position_projection: true,
             corrected_gradient: true,

@@ -4,7 +4,7 @@ use crate::boundaries::period::Period;
 use crate::boundaries::walls::Walls;
 use crate::error::Error;
 use crate::interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
-use crate::isph::options::Options;
+use crate::isph::options::{LostParticles, Options};
 use crate::isph::state::{Memory, State};
 use crate::isph::step::scratch::Scratch;
 use crate::method::Fluid;
@@ -139,6 +139,10 @@ impl<const D: usize> Fluid<D> for Isph<D> {
         // Into the pool once a step: from outside, each of its hundred passes would wait for a worker to wake
         // up and for its answer.
         rayon::scope(|_| self.step_watched(accepted, time, dt, structure, trial, |_| ()))
+    }
+
+    fn refuses_lost_particles(&self) -> bool {
+        self.options.lost_particles == LostParticles::Refused
     }
 
     fn output(&self) -> &InterfaceOutput<D> {

@@ -109,10 +109,13 @@ impl<const D: usize> Isph<D> {
         let (period, (low, high)) = (&s.neighbourhood.period, &self.properties.domain);
         let moved = trial.positions.par_iter_mut().zip(&*displacements).with_min_len(ROWS);
         moved.for_each(|(position, displacement)| *position = period.wrap(*position + displacement));
-        for (keep, position) in s.keep.iter_mut().zip(&trial.positions) {
+        for (a, (keep, position)) in s.keep.iter_mut().zip(&trial.positions).enumerate() {
             let left = (0..D).any(|i| position[i] < low[i] || position[i] > high[i]);
             trial.left += u64::from(left);
-            trial.lost += u64::from(!*keep && !left);
+            if !*keep && !left {
+                trial.lost += 1;
+                report.first_lost.get_or_insert((trial.ids[a], *position));
+            }
             *keep &= !left;
         }
         trial.classes.clone_from(&s.surface.classes);
