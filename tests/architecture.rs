@@ -5,6 +5,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+/// Folders of the workspace's packages.
+const ROOMS: [&str; 12] = [
+    "words",
+    "sph",
+    "interfaces",
+    "output",
+    "fluid",
+    "structure",
+    "structure/fmu",
+    "coupler",
+    "coupler/fmu",
+    "validation",
+    "tests/partners",
+    ".",
+];
+
 /// Every crate's direct dependencies, without those of its tests.
 fn dependencies() -> BTreeMap<String, BTreeSet<String>> {
     let metadata = MetadataCommand::new().no_deps().exec().expect("cargo describes this workspace");
@@ -158,21 +174,7 @@ fn the_coupling_loop_knows_no_file_socket_or_clock() {
 /// Test modules at a file's end do not count.
 #[test]
 fn no_circle_of_files_in_any_room() {
-    let rooms = [
-        "words",
-        "sph",
-        "interfaces",
-        "output",
-        "fluid",
-        "structure",
-        "structure/fmu",
-        "coupler",
-        "coupler/fmu",
-        "validation",
-        "tests/partners",
-        ".",
-    ];
-    let circles: Vec<String> = rooms
+    let circles: Vec<String> = ROOMS
         .into_iter()
         .filter_map(|room| Some(format!("{room}: {}", Files::of(room).circle()?.join(" → "))))
         .collect();
@@ -307,22 +309,8 @@ fn what_to_touch_is_there() {
 /// longer stay as they are.
 #[test]
 fn comments_wrap_at_110_columns() {
-    let rooms = [
-        "words",
-        "sph",
-        "interfaces",
-        "output",
-        "fluid",
-        "structure",
-        "structure/fmu",
-        "coupler",
-        "coupler/fmu",
-        "validation",
-        "tests/partners",
-        ".",
-    ];
     let mut wide = Vec::new();
-    for file in rooms.into_iter().flat_map(rust_files) {
+    for file in ROOMS.into_iter().flat_map(rust_files) {
         let text = fs::read_to_string(&file).expect("a readable source");
         let mut in_fence = false;
         for (number, line) in text.lines().enumerate() {
