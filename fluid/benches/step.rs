@@ -70,7 +70,7 @@ fn measure(criterion: &mut Criterion) {
             let operator = PressureOperator {
                 pair: AdjointPair { neighbourhood: &neighbourhood, along: &along, own: &own },
                 inverse_density: 1e-3,
-                compliance: &[],
+                yielding: None,
                 laplacian_share: 0.1,
                 wide_share: 1.0,
                 extra_diagonal: &extra,

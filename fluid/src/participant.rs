@@ -252,7 +252,9 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
     ) -> Result<Readiness, ParticipantError> {
         // There is no pressure before the first window is solved.
         outputs.iter_mut().for_each(|(_, values)| values.fill(0.0));
+        self.take_motion(inputs);
         let interface = InterfaceParticles {
+            positions: self.positions.clone(),
             volumes: inputs.get(names::REFERENCE_VOLUME).unwrap_or_default().to_vec(),
             densities: inputs.get(names::DENSITY).unwrap_or_default().to_vec(),
         };
@@ -262,7 +264,6 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         *fluid = F::new(properties.clone(), options.clone(), walls.clone(), interface, accepted)
             .map_err(failed)?;
         *fluid.output_mut() = InterfaceOutput::at_rest(points);
-        self.take_motion(inputs);
         self.accepted_ledger = Ledger::at_start(self.fluid.properties(), &self.accepted);
         self.shown_walls.move_to(start, 1.0);
         self.snapshots.write_walls(start, &self.shown_walls)?;

@@ -240,6 +240,13 @@ impl<const D: usize> Walls<D> {
         }
     }
 
+    /// Whether a part fills the place (m), as deep as its particles reach.
+    pub fn fill(&self, at: &Vector<D>) -> bool {
+        let deepest = -self.grid.radius();
+        let inside = |part| (deepest..0.0).contains(&self.surface_point(part, at, false).distance);
+        (0..self.parts.len()).any(inside)
+    }
+
     /// The part with a name.
     pub fn part(&self, name: &str) -> Option<usize> {
         self.parts.iter().position(|part| part.name == name)

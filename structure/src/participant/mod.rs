@@ -85,7 +85,7 @@ fn preview_in<S: Solid<D>, const D: usize>(case: &Case) -> Result<Vec<(String, S
     let (solid, state) = build::<S, D>(case)?;
     let stable = state.stability.step;
     let particles = solid.particles();
-    let free = particles.interface.len();
+    let free = particles.free.len();
     let line = |what: &str, value: String| (what.to_owned(), value);
     let mut lines = vec![
         line("particles", format!("{} ({free} free)", particles.len())),
@@ -218,7 +218,9 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         }
         if let Some(field) = outputs.get_mut(names::DENSITY) {
             for (to, &particle) in field.iter_mut().zip(&particles.interface) {
-                *to = particles.densities[particle as usize];
+                // A particle of no density does not yield to its load.
+                let held = particles.clamped[particle as usize];
+                *to = if held { 0.0 } else { particles.densities[particle as usize] };
             }
         }
         self.give_motion(&self.accepted, outputs);

@@ -1,10 +1,11 @@
 //! The two solves of a step: displacements that mend the density, and the pressure.
 
 use crate::error::Error;
+use crate::interface::BoundaryPoints;
 use crate::isph::pressure::conjugate_gradients::{self, Limits};
 use crate::isph::pressure::position_projection;
 use crate::isph::pressure::preconditioner::PressurePreconditioner;
-use crate::isph::pressure::pressure_operator::{OperatorScratch, PressureOperator};
+use crate::isph::pressure::pressure_operator::{OperatorScratch, PressureOperator, Yielding};
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
 use crate::isph::step::assembly::operator;
@@ -36,7 +37,7 @@ impl<const D: usize> Isph<D> {
             self.lattice_concentration,
             &mut s.right,
         );
-        let a = operator((&self.properties, &self.options), &[], &s.neighbourhood, &s.surface, &s.terms);
+        let a = operator((&self.properties, &self.options), None, &s.neighbourhood, &s.surface, &s.terms);
         let q = &mut trial.memory.position_potentials;
         let limits =
             Limits { tolerance: self.options.position_tolerance, iterations: self.options.iteration_limit };
@@ -55,18 +56,18 @@ impl<const D: usize> Isph<D> {
     pub(super) fn solve_pressure(
         &mut self,
         accepted: &State<D>,
-        time: f64,
-        dt: f64,
+        (time, dt): (f64, f64),
+        structure: &BoundaryPoints<D>,
         trial: &mut State<D>,
         report: &mut StepReport<D>,
     ) -> Result<(), Error> {
         let s = &mut self.scratch;
         let mut right = std::mem::take(&mut s.right);
-        Self::predicted_divergence(s, &mut right);
+        Self::predicted_divergence(s, structure, &mut right);
         s.right = right;
         let a = operator(
             (&self.properties, &self.options),
-            &self.compliance,
+            Yielding::of(&self.sampling, &self.compliance),
             &s.neighbourhood,
             &s.surface,
             &s.terms,
