@@ -265,7 +265,7 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
             .map_err(failed)?;
         *fluid.output_mut() = InterfaceOutput::at_rest(points);
         self.accepted_ledger = Ledger::at_start(self.fluid.properties(), &self.accepted);
-        self.shown_walls.move_to(start, 1.0);
+        self.shown_walls.move_to(start, (1.0, 0.0));
         self.snapshots.write_walls(start, &self.shown_walls)?;
         self.snapshots.write(start, &self.accepted)?;
         let scalars = self.scalars(&self.accepted, &self.accepted_ledger);
@@ -321,7 +321,7 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         if snapshot.is_some() {
             self.snapshots.write(self.end_of_trial, &self.accepted)?;
             if self.shown_walls.moves() {
-                self.shown_walls.move_to(self.end_of_trial, 1.0);
+                self.shown_walls.move_to(self.end_of_trial, (1.0, 0.0));
                 self.snapshots.write_walls(self.end_of_trial, &self.shown_walls)?;
             }
         }

@@ -1,7 +1,6 @@
 //! From pressure to velocity: the symmetric gradient, that of Eq. (18), and as much of the second as energy
 //! allows.
 
-use crate::boundaries::walls::Walls;
 use crate::isph::pressure::along::Along;
 use crate::particles::neighbourhood::Neighbourhood;
 use rayon::prelude::*;
@@ -15,24 +14,6 @@ pub fn confidence<const D: usize>(corrections: &[(Matrix<D>, f64)], out: &mut Ve
     out.par_iter_mut().zip(corrections).with_min_len(1024).for_each(|(out, (_, smallest))| {
         *out = ((smallest - 0.3) / 0.2).clamp(0.0, 1.0);
     });
-}
-
-/// Takes the share of Eq. (18) from particles beside walls that move: its `p_w` knows nothing of their
-/// acceleration.
-pub fn none_beside_moving_walls<const D: usize>(
-    neighbourhood: &Neighbourhood<D>,
-    walls: &Walls<D>,
-    share: &mut [f64],
-) {
-    if !walls.moves() {
-        return;
-    }
-    let moves = |w: &u32| walls.part_moves(walls.part_of[*w as usize] as usize);
-    for (a, share) in share.iter_mut().enumerate() {
-        if neighbourhood.walls.of(a).iter().any(moves) {
-            *share = 0.0;
-        }
-    }
 }
 
 /// Accelerations (m/s²) by Eq. (18), `−(1/ρ) Σ V (p_b − p_a) B∇W`, with `p_w = p_a − ρ g·r_aw` on walls and
@@ -63,6 +44,12 @@ pub fn corrected_accelerations<const D: usize>(
 /// Largest share of the reference energy `M u_ref²` by which the total energy may come to stand above the
 /// least it had: half of a thousandth of the potential energy `½ M g H` of water H high.
 const EXCESS: f64 = 2.5e-4;
+
+/// Share of the energy that the projection took which Eq. (18) may give back. Given back in full, it keeps alive
+/// what the projection is there to take: water at rest 100 particles deep in a rigid tank then presses with
+/// 784 ± 120 N, where 777 ± 3 N are seen with this share and 776 ± 1 N with none; with none a standing wave
+/// gains 1.1e-3 of its energy and with this share 0.7e-3.
+pub const LENT: f64 = 0.2;
 
 /// Share of the energy excess that a step's budget is shortened by, times the strictness.
 pub const RETURNED: f64 = 0.1;

@@ -90,9 +90,8 @@ impl<const D: usize> Isph<D> {
         let s = &mut self.scratch;
         // The paper's gradient, Eq. (18), has ways of its own with boundaries.
         let carries = self.options.scheme == Scheme::EnergyConsistent;
-        let (walls, near) = (&self.walls, &s.neighbourhood);
-        let moves = |w: &u32| walls.part_moves(walls.part_of[*w as usize] as usize);
-        let beside = |a: usize| !near.structure.of(a).is_empty() || near.walls.of(a).iter().any(moves);
+        let near = &s.neighbourhood;
+        let beside = |a: usize| !near.structure.of(a).is_empty() || !near.walls.of(a).is_empty();
         s.terms.along.find(near, |a| carries && beside(a));
         adjoint_pair::own_gradients(&s.neighbourhood, &s.terms.along, &mut s.terms.own);
         let unit = 1.0 / (self.properties.density * self.properties.spacing.powi(2));
@@ -127,7 +126,7 @@ impl<const D: usize> Isph<D> {
         if found != expected {
             return Err(Error::InterfaceLength { field: "positions in the saved state", found, expected });
         }
-        self.walls.move_to(origin.time, origin.dt);
+        self.walls.move_to(origin.time, (origin.dt, 0.0));
         self.find_neighbours(&origin.positions, &origin.classes, &origin.structure_positions);
         self.assemble();
         self.prepare(origin);

@@ -67,7 +67,7 @@ impl<const D: usize> Isph<D> {
     ) -> Result<StepReport<D>, Error> {
         trial.copy_from(accepted);
         self.recover_hierarchy(accepted)?;
-        self.walls.move_to(time, dt);
+        self.walls.move_to(time, (dt, accepted.last_dt));
         let mut report = StepReport { dt, ..StepReport::default() };
 
         //                                                                  (1), (5), (17), (25), (26)

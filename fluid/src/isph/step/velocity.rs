@@ -31,7 +31,12 @@ impl<const D: usize> Isph<D> {
         pair.accelerations(inverse_density, p, &mut s.operator.fluid);
         pair.structure_gradients(p, &mut s.gradients_along, &mut s.structure_gradients);
         let weight = self.properties.gravity * self.properties.density;
-        s.terms.along.slopes(&weight, &s.gradients_along, &mut s.slopes);
+        let (walls, list) = (&self.walls, &s.neighbourhood.walls);
+        let weight_at = |a: usize| {
+            let density = self.properties.density;
+            weight - walls.acceleration_across(&trial.positions[a], list.of(a)) * density
+        };
+        s.terms.along.slopes(weight_at, &s.gradients_along, &mut s.slopes);
 
         let velocities = &mut trial.velocities;
         let with_pressure =
@@ -65,11 +70,6 @@ impl<const D: usize> Isph<D> {
                 s.confidence.resize(p.len(), 1.0);
             } else {
                 velocity_correction::confidence(&s.corrections, &mut s.confidence);
-                velocity_correction::none_beside_moving_walls(
-                    &s.neighbourhood,
-                    &self.walls,
-                    &mut s.confidence,
-                );
             }
             let differences = s.differences.par_iter_mut().zip(&s.operator.fluid).zip(&s.confidence);
             differences.with_min_len(ROWS).for_each(|((d, a), phi)| *d = (*d - a) * (phi * dt));
@@ -84,7 +84,7 @@ impl<const D: usize> Isph<D> {
             let fall = self.properties.gravity * (0.5 * dt * strictness);
             let lifted = mass * parallel::sum(p.len(), |a| fall.dot(&(velocities[a] - s.predicted[a])));
             let returned = report.viscous_work + velocity_correction::RETURNED * trial.memory.energy_excess;
-            let budget = taken + lifted - strictness * returned;
+            let budget = velocity_correction::LENT * taken + lifted - strictness * returned;
             report.gradient_share = if paper {
                 1.0
             } else {
