@@ -17,8 +17,8 @@ use interfaces::case::Case;
 use interfaces::case::coupling::{self, MappingMethod};
 use interfaces::port::names;
 use interfaces::{
-    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, TimeWindow,
-    WindowReport,
+    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Result,
+    TimeWindow, WindowReport,
 };
 use weights::{Weights, initialised};
 
@@ -85,12 +85,7 @@ impl<P: Participant> Mapped<P> {
     /// # Errors
     /// Where the structure lacks what it needs for that: positions of its own number of points, and a port
     /// for the force.
-    pub fn new(
-        inner: P,
-        choice: coupling::Mapping,
-        filling: Filling,
-        announce: Announce,
-    ) -> Result<Self, ParticipantError> {
+    pub fn new(inner: P, choice: coupling::Mapping, filling: Filling, announce: Announce) -> Result<Self> {
         let own = inner.describe();
         let port = |name, direction| own.ports.iter().find(|p| p.name == name && p.direction == direction);
         let missing = |what: &str| {
@@ -142,7 +137,7 @@ impl<P: Participant> Mapped<P> {
         self.threads = threads;
     }
 
-    fn method(&self) -> Result<Method, ParticipantError> {
+    fn method(&self) -> Result<Method> {
         Ok(match self.choice.method {
             MappingMethod::NearestNeighbour => Method::NearestNeighbour,
             MappingMethod::NearestNeighbourGradient => Method::NearestNeighbourGradient,
@@ -167,7 +162,7 @@ impl<P: Participant> Mapped<P> {
     }
 
     /// The structure's loads from those on the particles.
-    fn take_loads(&mut self, given: &Fields) -> Result<(), ParticipantError> {
+    fn take_loads(&mut self, given: &Fields) -> Result<()> {
         let Self { inputs, outputs, filling, weights, forces, description, .. } = self;
         let (mapping, d) = (initialised(weights).mapping(), description.dimension);
         for (name, force_name) in LOADS {
@@ -215,12 +210,7 @@ impl<P: Participant> Participant for Mapped<P> {
         &self.description
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        _inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, _inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         self.inputs = self.inner.describe().fields(Direction::In, 0);
         self.outputs = self.inner.describe().fields(Direction::Out, 0);
         let ready = self.inner.initialize(start, &self.inputs, &mut self.outputs)?;
@@ -246,7 +236,7 @@ impl<P: Participant> Participant for Mapped<P> {
         Ok(ready)
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         let announce = self.announce.clone();
         announce.during(Phase::Mapping, || {
             if std::mem::take(&mut self.stale) {
@@ -258,25 +248,25 @@ impl<P: Participant> Participant for Mapped<P> {
         self.inner.start(window, &self.inputs)
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         let report = self.inner.finish(&mut self.outputs)?;
         let announce = self.announce.clone();
         announce.during(Phase::Mapping, || self.give_motion(outputs));
         Ok(report)
     }
 
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         self.stale = self.choice.rebuild;
         self.inner.accept(snapshot)
     }
 
     /// The structure's state, and where the weights were made.
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         let own = self.inner.save()?;
         Ok(initialised(&mut self.weights).save(&own))
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let announce = self.announce.clone();
         let weights = initialised(&mut self.weights);
         let own = announce.during(Phase::Mapping, || weights.restore(state)).map_err(failed)?;
@@ -287,7 +277,7 @@ impl<P: Participant> Participant for Mapped<P> {
         Ok(ready)
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         self.inner.terminate()
     }
 }

@@ -14,7 +14,7 @@ use interfaces::case::coupling::{FluidMapping, FluidMappingMethod};
 use interfaces::port::names;
 use interfaces::{
     Description, Direction, Exchange, Fields, Participant, ParticipantError, Port, Quantity, Readiness,
-    TimeWindow, WindowReport,
+    Result, TimeWindow, WindowReport,
 };
 
 /// A fluid behind a mapping.
@@ -41,7 +41,7 @@ impl<P: Participant> MappedFluid<P> {
     /// # Errors
     /// Where the fluid lacks what it needs for that: `own_position` and `force` given, `displacement` or
     /// `velocity` taken, at its own number of points.
-    pub fn new(inner: P, choice: FluidMapping, announce: Announce) -> Result<Self, ParticipantError> {
+    pub fn new(inner: P, choice: FluidMapping, announce: Announce) -> Result<Self> {
         let own = inner.describe();
         let port = |name, direction| {
             let mut ports = own.ports.iter();
@@ -146,12 +146,7 @@ impl<P: Participant> Participant for MappedFluid<P> {
     }
 
     /// The fluid is initialised with its points at rest where they are: what it gives decides the weights.
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         self.inputs = self.inner.describe().fields(Direction::In, 0);
         self.outputs = self.inner.describe().fields(Direction::Out, 0);
         let ready = self.inner.initialize(start, &self.inputs, &mut self.outputs)?;
@@ -180,7 +175,7 @@ impl<P: Participant> Participant for MappedFluid<P> {
         Ok(ready)
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         let announce = self.announce.clone();
         announce.during(Phase::Mapping, || {
             // Every iteration of a window begins at the same positions, so the weights of the first serve
@@ -195,25 +190,25 @@ impl<P: Participant> Participant for MappedFluid<P> {
         self.inner.start(window, &self.inputs)
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         let report = self.inner.finish(&mut self.outputs)?;
         let announce = self.announce.clone();
         announce.during(Phase::Mapping, || self.give_load(outputs));
         Ok(report)
     }
 
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         self.stale = self.choice.rebuild;
         self.inner.accept(snapshot)
     }
 
     /// The fluid's state, and where the weights were made.
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         let own = self.inner.save()?;
         Ok(initialised(&mut self.weights).save(&own))
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let announce = self.announce.clone();
         let weights = initialised(&mut self.weights);
         let own = announce.during(Phase::Mapping, || weights.restore(state)).map_err(failed)?;
@@ -223,7 +218,7 @@ impl<P: Participant> Participant for MappedFluid<P> {
         Ok(ready)
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         self.inner.terminate()
     }
 }

@@ -13,8 +13,8 @@ use interfaces::case::Case;
 use interfaces::case::resolved::Start;
 use interfaces::transport::Alive;
 use interfaces::{
-    Address, Deadlines, Expectations, Guarded, Participant, ParticipantError, RemoteParticipant, Role,
-    new_run, remove_stale,
+    Address, Deadlines, Expectations, Guarded, Participant, ParticipantError, RemoteParticipant, Result,
+    Role, new_run, remove_stale,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -23,7 +23,7 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// Makes a participant in this process.
-pub type Build<'a> = dyn Fn(Role) -> Result<Box<dyn Participant>, ParticipantError> + 'a;
+pub type Build<'a> = dyn Fn(Role) -> Result<Box<dyn Participant>> + 'a;
 
 /// Where our own solvers come from.
 pub struct Solvers<'a> {

@@ -2,7 +2,7 @@
 
 use super::{failed, section};
 use crate::{FluidProperties, Motion, Options, State, WallPart, WallShape, Walls};
-use interfaces::ParticipantError;
+use interfaces::Result;
 use interfaces::case::region::{FluidVelocity, Region, RegionShape};
 use interfaces::case::resolved::{self, MotionPath};
 use interfaces::case::typed::Slip;
@@ -21,7 +21,7 @@ pub struct Made<const D: usize> {
 }
 
 /// The fluid that the case describes.
-pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantError> {
+pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
     let fluid = case.fluid.as_ref().ok_or_else(|| failed("the case has no fluid"))?;
     let spacing = fluid.particle_spacing;
     let (mut positions, mut velocities, mut volume) = (Vec::new(), Vec::new(), 0.0);
@@ -117,7 +117,7 @@ fn motion<const D: usize>(from: &resolved::WallMotion) -> Motion<D> {
 }
 
 /// The options that the case describes: its numerics, and what the coupling asks of the fluid.
-fn options(case: &Case, fluid: &resolved::Fluid) -> Result<Options, ParticipantError> {
+fn options(case: &Case, fluid: &resolved::Fluid) -> Result<Options> {
     let of_numerics = section::options(&fluid.numerics).map_err(failed)?;
     let no_slip_walls = fluid.walls.iter().any(|w| w.slip == Slip::NoSlip);
     let of_fluid =

@@ -5,7 +5,7 @@ use super::section;
 use super::section::Elastic;
 use crate::bodies::filling::{Filling, rectangle, without_disc};
 use crate::{Body, Cell, DeadLoad, History, MaterialPoint, Setup, Side};
-use interfaces::ParticipantError;
+use interfaces::Result;
 use interfaces::case::resolved::{self, Clamp, ClampRegion, LoadTarget};
 use interfaces::case::velocity::{CantileverVelocity, InitialVelocity};
 use interfaces::case::{AxisBox, Case};
@@ -23,7 +23,7 @@ pub struct Made<const D: usize> {
 const TOUCHING: f64 = 1e-6;
 
 /// The setup that the case describes.
-pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantError> {
+pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
     let structure = case.structure.as_ref().ok_or_else(|| failed("the case has no structure"))?;
     let Elastic { material, density } =
         section::material(&structure.material, case.general.dimension).map_err(failed)?;
@@ -107,7 +107,7 @@ fn scattered<const D: usize>(
     clamps: &[&Clamp],
     spacing: f64,
     like: &Body<D>,
-) -> Result<(Body<D>, Vec<Vector<D>>), ParticipantError> {
+) -> Result<(Body<D>, Vec<Vector<D>>)> {
     let (low, high) = corners::<2>(&part.bounds);
     let (mut outline, mut arcs) = (rectangle(low, high), Vec::new());
     for clamp in clamps {
