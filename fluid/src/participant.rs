@@ -18,7 +18,7 @@ use crate::method::Fluid;
 use crate::particles::state::State;
 use crate::probes;
 use interfaces::case::Case;
-use interfaces::case::resolved::{Probe, ProbeTarget};
+use interfaces::case::probe::{Probe, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
     Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Result, Role,
@@ -173,7 +173,7 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
             return scalars;
         }
         let at_points = |probe: &Probe| {
-            let point = matches!(probe.target, ProbeTarget::FluidPoint(_) | ProbeTarget::WallPoint { .. });
+            let point = matches!(probe.target(), ProbeTarget::FluidPoint(_) | ProbeTarget::WallPoint { .. });
             point && probe.quantity != ProbeQuantity::HydrostaticError
         };
         let at = self
@@ -181,9 +181,10 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
             .iter()
             .any(at_points)
             .then(|| probes::Probe::new(state, self.fluid.smoothing_length()));
-        for Probe { target, quantity, .. } in &self.probes {
-            match target {
-                ProbeTarget::FluidPoint(level) if *quantity == ProbeQuantity::HydrostaticError => {
+        for probe in &self.probes {
+            let quantity = probe.quantity;
+            match probe.target() {
+                ProbeTarget::FluidPoint(level) if quantity == ProbeQuantity::HydrostaticError => {
                     let level = Vector::from_column_slice(level);
                     scalars.extend(state.hydrostatic_error(self.fluid.properties(), &level));
                 }
@@ -197,7 +198,7 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
                 }
                 ProbeTarget::FluidBox(bounds) => {
                     let properties = self.fluid.properties();
-                    let corners = bounds.as_ref().map_or(properties.domain, setup::corners);
+                    let corners = bounds.map_or(properties.domain, setup::corners);
                     let body = state.body_in(properties.spacing, corners);
                     match quantity {
                         ProbeQuantity::Extent => {

@@ -7,7 +7,7 @@ use crate::saved;
 use crate::unit::{Instance, Stepped};
 use crate::wiring::{Values, Wire, Wiring, wire};
 use interfaces::case::Case;
-use interfaces::case::resolved::{Start, Unit};
+use interfaces::case::participant::{Start, Unit};
 use interfaces::port::names;
 use interfaces::{
     Description, Direction, END_REQUESTED, Exchange, Fields, Participant, ParticipantError, Readiness,
@@ -105,7 +105,7 @@ pub fn preview(case: &Case, role: Role) -> Result<Vec<(String, String)>, Error> 
 }
 
 /// The unit that the case has for a side.
-pub fn unit_of(case: &Case, role: Role) -> Option<&Unit> {
+pub fn unit_of(case: &Case, role: Role) -> Option<Unit<'_>> {
     match case.start(role)? {
         Start::Fmu(unit) => Some(unit),
         _ => None,

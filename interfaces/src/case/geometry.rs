@@ -46,6 +46,15 @@ impl AxisBox {
         if face.sign() < 0.0 { self.low[face.axis()] } else { self.high[face.axis()] }
     }
 
+    /// The box that lies on a face of it, `depth` (m) thick.
+    pub fn beyond(&self, face: Face, depth: f64) -> Self {
+        let mut beyond = self.clone();
+        let at = self.coordinate(face);
+        beyond.low[face.axis()] = at.min(at + face.sign() * depth);
+        beyond.high[face.axis()] = at.max(at + face.sign() * depth);
+        beyond
+    }
+
     /// Whether the point is farther than `tolerance` (m) from the box along some axis.
     pub fn is_clear_of(&self, point: &[f64], tolerance: f64) -> bool {
         let axes = point.iter().zip(self.low.iter().zip(&self.high));

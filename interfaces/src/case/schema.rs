@@ -1,14 +1,14 @@
-//! The JSON schema of the case file, made of [`super::typed`] and of the sections that solvers bring: for
+//! The JSON schema of the case file, made of [`super::keys`] and of the sections that solvers bring: for
 //! editors, for [`super::conform`] and for [`super::docs`].
 
 use super::coupling;
+use super::keys::Case;
 use super::section::Sections;
-use super::typed::CaseFile;
 use serde_json::{Map, Value, json};
 
 /// The schema (JSON Schema 2020-12) of a `case.toml` with the sections of these solvers.
 pub fn schema(solvers: &[Sections]) -> Value {
-    let mut schema = schemars::schema_for!(CaseFile).to_value();
+    let mut schema = schemars::schema_for!(Case).to_value();
     schema["title"] = json!("meniscus case");
     put_section(&mut schema, "coupling", coupling::schema());
     for (place, section) in solvers.iter().flat_map(|solver| solver.schemas) {

@@ -18,7 +18,7 @@ use crate::tlsph::total_lagrangian::TotalLagrangian;
 use error::failed;
 use interfaces::case::Case;
 use interfaces::case::coupling::LoadInWindow;
-use interfaces::case::resolved::{Probe, ProbeTarget};
+use interfaces::case::probe::{Probe, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
     Description, Direction, Fields, Participant, Port, Quantity, Readiness, Result, Role, Scalar, ScalarKind,
@@ -350,7 +350,7 @@ fn readings<const D: usize>(case: &Case, particles: &Particles<D>) -> Result<Vec
 
 fn reading<const D: usize>(
     probe: &Probe,
-    bodies: &[interfaces::case::resolved::Body],
+    bodies: &[interfaces::case::structure::Body],
     particles: &Particles<D>,
 ) -> Result<Reading<D>> {
     let made = &particles.setup.bodies;
@@ -360,7 +360,7 @@ fn reading<const D: usize>(
         let first: usize = made[..index].iter().map(|b| b.positions.len()).sum();
         (index, first)
     };
-    match &probe.target {
+    match probe.target() {
         ProbeTarget::StructurePoint { body, at } => {
             let (index, first) = body_of(body);
             let body = &made[index];

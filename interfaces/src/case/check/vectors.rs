@@ -2,8 +2,8 @@
 
 use crate::case::findings::Findings;
 use crate::case::geometry::AxisBox;
+use crate::case::keys::Case;
 use crate::case::region::FluidVelocity;
-use crate::case::typed::CaseFile;
 use crate::case::velocity::InitialVelocity;
 
 struct Vectors<'a> {
@@ -12,33 +12,32 @@ struct Vectors<'a> {
 }
 
 /// Reports vectors of another length, and replaces them by NaN of the right one.
-pub(super) fn check(file: &mut CaseFile, findings: &mut Findings) {
-    let mut vectors = Vectors { dimension: file.case.dimension as usize, findings };
-    vectors.optional("case.gravity", &mut file.case.gravity);
+pub(super) fn check(file: &mut Case, findings: &mut Findings) {
+    let mut vectors = Vectors { dimension: file.general.dimension, findings };
+    vectors.vector("case.gravity", &mut file.general.gravity);
     if let Some(fluid) = &mut file.fluid {
         vectors.bounds("fluid.domain", &mut fluid.domain);
-        for (i, region) in fluid.region.iter_mut().enumerate() {
+        for (i, region) in fluid.regions.iter_mut().enumerate() {
             if let Some(bounds) = &mut region.bounds {
                 vectors.bounds(&format!("fluid.region.{i}.box"), bounds);
             }
             if let Some(ball) = &mut region.ball {
                 vectors.vector(&format!("fluid.region.{i}.ball.centre"), &mut ball.centre);
             }
-            if let Some(FluidVelocity::Uniform(v)) = &mut region.velocity {
+            if let FluidVelocity::Uniform(v) = &mut region.velocity {
                 vectors.vector(&format!("fluid.region.{i}.velocity"), v);
             }
-            if let Some(gradient) = &mut region.velocity_gradient {
-                vectors.square(&format!("fluid.region.{i}.velocity_gradient"), gradient);
-            }
+            let key = format!("fluid.region.{i}.velocity_gradient");
+            vectors.square(&key, &mut region.velocity_gradient);
         }
-        for (i, wall) in fluid.wall.iter_mut().enumerate() {
+        for (i, wall) in fluid.walls.iter_mut().enumerate() {
             if let Some(bounds) = &mut wall.bounds {
                 vectors.bounds(&format!("fluid.wall.{i}.box"), bounds);
             }
             for (k, point) in wall.polyline.iter_mut().flatten().enumerate() {
                 vectors.vector(&format!("fluid.wall.{i}.polyline.{k}"), point);
             }
-            vectors.optional(&format!("fluid.wall.{i}.velocity"), &mut wall.velocity);
+            vectors.vector(&format!("fluid.wall.{i}.velocity"), &mut wall.velocity);
             if let Some(motion) = &mut wall.motion {
                 vectors.optional(&format!("fluid.wall.{i}.motion.direction"), &mut motion.direction);
                 vectors.optional(&format!("fluid.wall.{i}.motion.pivot"), &mut motion.pivot);
@@ -46,21 +45,17 @@ pub(super) fn check(file: &mut CaseFile, findings: &mut Findings) {
         }
     }
     if let Some(structure) = &mut file.structure {
-        for (i, body) in structure.body.iter_mut().enumerate() {
+        for (i, body) in structure.bodies.iter_mut().enumerate() {
             vectors.bounds(&format!("structure.body.{i}.box"), &mut body.bounds);
             match &mut body.velocity {
-                Some(InitialVelocity::Uniform(v)) => {
-                    vectors.vector(&format!("structure.body.{i}.velocity"), v);
+                InitialVelocity::Uniform(v) => vectors.vector(&format!("structure.body.{i}.velocity"), v),
+                InitialVelocity::Mode(mode) => {
+                    let key = format!("structure.body.{i}.velocity.tip_velocity");
+                    vectors.vector(&key, &mut mode.tip_velocity);
                 }
-
-                Some(InitialVelocity::Mode(mode)) => {
-                    vectors
-                        .vector(&format!("structure.body.{i}.velocity.tip_velocity"), &mut mode.tip_velocity);
-                }
-                None => {}
             }
         }
-        for (i, clamp) in structure.clamp.iter_mut().enumerate() {
+        for (i, clamp) in structure.clamps.iter_mut().enumerate() {
             if let Some(bounds) = &mut clamp.bounds {
                 vectors.bounds(&format!("structure.clamp.{i}.box"), bounds);
             }
@@ -68,12 +63,12 @@ pub(super) fn check(file: &mut CaseFile, findings: &mut Findings) {
                 vectors.vector(&format!("structure.clamp.{i}.circle.centre"), &mut circle.centre);
             }
         }
-        for (i, load) in structure.load.iter_mut().enumerate() {
+        for (i, load) in structure.loads.iter_mut().enumerate() {
             vectors.optional(&format!("structure.load.{i}.at"), &mut load.at);
             vectors.vector(&format!("structure.load.{i}.force"), &mut load.force);
         }
     }
-    for (i, probe) in file.probe.iter_mut().enumerate() {
+    for (i, probe) in file.probes.iter_mut().enumerate() {
         vectors.optional(&format!("probe.{i}.at"), &mut probe.at);
         if let Some(bounds) = &mut probe.bounds {
             vectors.bounds(&format!("probe.{i}.box"), bounds);
