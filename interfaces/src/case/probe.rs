@@ -17,16 +17,13 @@ pub struct Probe {
     /// What it records.
     pub quantity: ProbeQuantity,
     /// The point (m), on the structure in the reference configuration; none for a force.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<Vec<f64>>,
     /// Box in which the fluid's extent, centroid or spread is taken; all of the fluid if left out.
-    #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
+    #[serde(rename = "box")]
     pub bounds: Option<AxisBox>,
     /// The body, where the structure has more than one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
     /// The wall, where the fluid has more than one.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub wall: Option<String>,
 }
 
