@@ -388,7 +388,7 @@ mod tests {
         let out = std::env::temp_dir().join(format!("failed-solve-{}", std::process::id()));
         let made = isph::<2>(&case).expect("the fluid can be made");
         let mut participant = FluidParticipant::new(made, &case, &out).expect("the folder can be written");
-        participant.fluid.options.iteration_limit = 0;
+        participant.fluid.options.pressure_iterations_limit = 0;
         let size = participant.window_limit(&participant.accepted, 0.0);
         let error = participant
             .fluid

@@ -80,7 +80,7 @@ fn resolve(file: &mut Case, findings: &mut Findings) {
 }
 
 fn check_material(material: &Material, dimension: usize, findings: &mut Findings) {
-    match (dimension, material.plane) {
+    match (dimension, material.assumption) {
         (2, Plane::ThreeDimensional) => {
             let remedy = "take \"plane-strain\" or \"plane-stress\"";
             return findings.add("structure.material.assumption", "does not fit two dimensions", remedy);
@@ -91,10 +91,10 @@ fn check_material(material: &Material, dimension: usize, findings: &mut Findings
         }
         _ => {}
     }
-    let ratio = material.poissons_ratio;
-    let plane_stress = material.plane == Plane::Stress;
+    let ratio = material.poisson_ratio;
+    let plane_stress = material.assumption == Plane::Stress;
     if ratio <= -1.0 || ratio > 0.5 || (ratio == 0.5 && !plane_stress) {
-        let (range, model) = match material.plane {
+        let (range, model) = match material.assumption {
             Plane::Stress => ("over -1 and at most 0.5", "plane stress"),
             Plane::Strain => ("over -1 and under 0.5", "plane strain"),
             Plane::ThreeDimensional => ("over -1 and under 0.5", "three dimensions"),
