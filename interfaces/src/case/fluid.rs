@@ -1,6 +1,6 @@
 //! `[fluid]`: its keys.
 
-use super::geometry::AxisBox;
+use super::geometry::{AxisBox, PerAxis};
 use super::participant::Participant;
 use super::region::Region;
 use super::section::AnyTable;
@@ -66,6 +66,7 @@ pub struct Wall {
     #[serde(rename = "box")]
     pub bounds: Option<AxisBox>,
     /// Points of a polyline (m); two dimensions only.
+    #[schemars(with = "Option<Vec<PerAxis<f64>>>")]
     pub polyline: Option<Vec<Vec<f64>>>,
     /// On which side of the polyline the solid is, walking from its first point to its last.
     pub solid_side: Option<Side>,
@@ -73,7 +74,7 @@ pub struct Wall {
     #[schemars(with = "Option<Slip>")]
     pub slip: Slip,
     /// Velocity of its surface (m/s) along itself: a belt, a lid. At rest if left out.
-    #[schemars(with = "Option<Vec<f64>>")]
+    #[schemars(with = "Option<PerAxis<f64>>")]
     pub velocity: Vec<f64>,
     /// How the wall moves: a gate that lifts, a tank that rolls. It stays in its place if left out.
     pub motion: Option<WallMotion>,
@@ -95,9 +96,11 @@ pub enum Slip {
 #[serde(deny_unknown_fields)]
 pub struct WallMotion {
     /// Direction along which the wall moves; its length does not count.
+    #[schemars(with = "Option<PerAxis<f64>>")]
     pub direction: Option<Vec<f64>>,
     /// Point about which the wall turns from x to y (m); in three dimensions about the line through it along
     /// z.
+    #[schemars(with = "Option<PerAxis<f64>>")]
     pub pivot: Option<Vec<f64>>,
     /// Pairs of time (s) and distance (m) or angle (rad), a smooth curve between; at rest before and after.
     pub table: Option<Vec<[f64; 2]>>,

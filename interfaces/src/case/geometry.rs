@@ -1,17 +1,41 @@
 //! Boxes and their faces. Vectors in the case are lists of as many numbers as the case has dimensions; the
 //! check has compared their lengths.
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::marker::PhantomData;
 use words::geometry::Face;
+
+/// Word of the schema for lists of as many elements as the case has dimensions.
+pub(super) const PER_AXIS: &str = "x-per-axis";
+
+/// The schema of a list with an element for each axis: a vector, or the rows of a matrix.
+pub struct PerAxis<T>(PhantomData<T>);
+
+impl<T: JsonSchema> JsonSchema for PerAxis<T> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("PerAxis_{}", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "array", "items": generator.subschema_for::<T>(), "x-per-axis": true })
+    }
+}
 
 /// A box along the axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AxisBox {
     /// Corner with the least coordinates (m).
+    #[schemars(with = "PerAxis<f64>")]
     pub low: Vec<f64>,
     /// Corner with the greatest coordinates (m).
+    #[schemars(with = "PerAxis<f64>")]
     pub high: Vec<f64>,
 }
 
@@ -67,6 +91,7 @@ impl AxisBox {
 #[serde(deny_unknown_fields)]
 pub struct Ball {
     /// Centre (m).
+    #[schemars(with = "PerAxis<f64>")]
     pub centre: Vec<f64>,
     /// Radius (m).
     #[schemars(extend("exclusiveMinimum" = 0))]

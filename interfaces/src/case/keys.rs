@@ -4,6 +4,7 @@
 
 use super::coupling::Coupling;
 use super::fluid::Fluid;
+use super::geometry::PerAxis;
 use super::participant::Start;
 use super::probe::{Probe, Reference};
 use super::section::AnyTable;
@@ -74,7 +75,7 @@ pub struct General {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub output_interval: f64,
     /// Acceleration of gravity on fluid and structure (m/s²); none if left out.
-    #[schemars(with = "Option<Vec<f64>>")]
+    #[schemars(with = "Option<PerAxis<f64>>")]
     pub gravity: Vec<f64>,
     /// Threads of each solver; 0, the default, is as many as the machine has.
     #[serde(default)]

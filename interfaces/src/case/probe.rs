@@ -1,6 +1,6 @@
 //! `[[probe]]`, `[[reference]]`: what is recorded at every window, and values from elsewhere beside it.
 
-use super::geometry::AxisBox;
+use super::geometry::{AxisBox, PerAxis};
 use crate::participant::{Scalar, ScalarKind};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,6 +17,7 @@ pub struct Probe {
     /// What it records.
     pub quantity: ProbeQuantity,
     /// The point (m), on the structure in the reference configuration; none for a force.
+    #[schemars(with = "Option<PerAxis<f64>>")]
     pub at: Option<Vec<f64>>,
     /// Box in which the fluid's extent, centroid or spread is taken; all of the fluid if left out.
     #[serde(rename = "box")]

@@ -1,6 +1,6 @@
 //! How fluid is at the start: where it is, and how it moves.
 
-use super::geometry::{AxisBox, Ball};
+use super::geometry::{AxisBox, Ball, PerAxis};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
@@ -21,7 +21,7 @@ pub struct Region {
     pub velocity: FluidVelocity,
     /// Gradient of the velocity at the start (1/s), row by row: G·r is added to the velocity, r from the
     /// region's centre.
-    #[schemars(with = "Option<Vec<Vec<f64>>>")]
+    #[schemars(with = "Option<PerAxis<PerAxis<f64>>>")]
     pub velocity_gradient: Vec<Vec<f64>>,
     /// A standing wave at rest at its greatest height, on the box's upper face; two dimensions only.
     pub wave: Option<StandingWave>,
@@ -70,7 +70,7 @@ impl Region {
 #[serde(untagged)]
 pub enum FluidVelocity {
     /// The same everywhere (m/s).
-    Uniform(Vec<f64>),
+    Uniform(#[schemars(with = "PerAxis<f64>")] Vec<f64>),
     /// A shape.
     Mode(TaylorGreen),
 }

@@ -2,6 +2,7 @@
 //! editors, for [`super::conform`] and for [`super::docs`].
 
 use super::coupling;
+use super::geometry::PER_AXIS;
 use super::keys::Case;
 use super::section::Sections;
 use serde_json::{Map, Value, json};
@@ -224,6 +225,11 @@ impl<'s> Node<'s> {
             .iter()
             .filter_map(|word| Some((text(word, "const")?, text(word, "description").unwrap_or_default())))
             .collect()
+    }
+
+    /// Whether it is a list with an element for each axis.
+    pub fn is_per_axis(&self) -> bool {
+        self.target.contains_key(PER_AXIS)
     }
 
     /// What it is where it is left out.

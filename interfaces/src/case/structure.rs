@@ -1,6 +1,6 @@
 //! `[structure]`: its keys.
 
-use super::geometry::{AxisBox, Ball};
+use super::geometry::{AxisBox, Ball, PerAxis};
 use super::participant::Participant;
 use super::section::AnyTable;
 use super::velocity::InitialVelocity;
@@ -150,8 +150,10 @@ pub struct Load {
     /// Face on which it acts evenly.
     pub face: Option<Face>,
     /// Point of the reference configuration at which it acts (m).
+    #[schemars(with = "Option<PerAxis<f64>>")]
     pub at: Option<Vec<f64>>,
     /// Total force (N; in two dimensions N per metre of depth).
+    #[schemars(with = "PerAxis<f64>")]
     pub force: Vec<f64>,
     /// Pairs of time (s) and factor of the force, linear between; the full force from the start if left out.
     #[schemars(with = "Option<Vec<[f64; 2]>>")]

@@ -1,4 +1,4 @@
-//! What types cannot say: lengths of vectors, boxes inside out, overlaps, names that mean nothing, values
+//! What types cannot say: boxes inside out, overlaps, names that mean nothing, values
 //! that contradict each other.
 //!
 //! A number that [`super::conform`] found wrong is NaN here, and every check asks for what is wrong
@@ -9,7 +9,6 @@ mod overlaps;
 mod parts;
 mod records;
 mod structure;
-mod vectors;
 
 use super::coupling::CouplingScheme;
 use super::defaults::characteristic_speed;
@@ -21,12 +20,11 @@ use super::section::Sections;
 use serde::Deserialize as _;
 use toml::{Table, Value};
 
-/// All mistakes of a case that the schema lets pass. Vectors of a wrong length are mended with NaN.
+/// All mistakes of a case that the schema lets pass.
 ///
 /// The sections of `solvers` are filled in on the way; `coupling` is as written.
 pub(super) fn check(file: &mut Case, coupling: Option<&Table>, solvers: &[Sections]) -> Vec<CaseError> {
     let mut findings = Findings::default();
-    vectors::check(file, &mut findings);
     if let Some(fluid) = file.fluid.as_mut().filter(|fluid| fluid.characteristic_speed == 0.0) {
         fluid.characteristic_speed = characteristic_speed(fluid, &file.general.gravity);
     }
