@@ -27,11 +27,11 @@ use std::time::Instant;
 /// Where the case has no unit for that side.
 pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>, Error> {
     let unit = unit_of(case, role).expect("the caller asks for the unit of a side that has one");
-    let mut archive = Archive::open(&unit.file)?;
+    let mut archive = Archive::open(unit.file)?;
     let described = archive.description()?;
     let wiring = wire(unit, &described, case, role)?;
     let unpacked = archive.unpack(&described, &out.join(format!("{role}_fmu")))?;
-    let instance = instantiate(&described, &unpacked, &unit.file)?;
+    let instance = instantiate(&described, &unpacked, unit.file)?;
     let snapshots = (role == Role::Structure).then(|| Series::create(out, "structure")).transpose()?;
     let mut scalars: Vec<Scalar> = wiring.records.iter().map(|(scalar, _)| scalar.clone()).collect();
     scalars.push(
@@ -77,7 +77,7 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
 /// As [`open`].
 pub fn preview(case: &Case, role: Role) -> Result<Vec<(String, String)>, Error> {
     let unit = unit_of(case, role).expect("the caller asks for the unit of a side that has one");
-    let mut archive = Archive::open(&unit.file)?;
+    let mut archive = Archive::open(unit.file)?;
     let described = archive.description()?;
     archive.library(&described)?;
     let wiring = wire(unit, &described, case, role)?;

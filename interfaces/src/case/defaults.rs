@@ -8,6 +8,7 @@
 use super::coupling;
 use super::fluid::Fluid;
 use super::geometry::AxisBox;
+use super::region::Region;
 use super::section::to_table;
 use toml::{Table, Value};
 
@@ -102,11 +103,11 @@ pub(super) fn characteristic_speed(fluid: &Fluid, gravity: &[f64]) -> f64 {
                 .sum::<f64>()
                 / g
         };
-        let shapes: Vec<AxisBox> = fluid.regions.iter().filter_map(|region| region.shape()).collect();
+        let shapes: Vec<AxisBox> = fluid.regions.iter().filter_map(Region::shape).collect();
         let low = shapes.iter().map(|bounds| reach(bounds, false)).fold(f64::INFINITY, f64::min);
         let high = shapes.iter().map(|bounds| reach(bounds, true)).fold(f64::NEG_INFINITY, f64::max);
         (g * (high - low)).sqrt()
     } else {
-        fluid.regions.iter().map(|region| region.greatest_speed()).fold(0.0, f64::max)
+        fluid.regions.iter().map(Region::greatest_speed).fold(0.0, f64::max)
     }
 }

@@ -1,6 +1,6 @@
-//! The keys of a case, each declared once: name, meaning, type and range of a key are those of its field, here
-//! and in [`super::fluid`], [`super::structure`], [`super::probe`], [`super::coupling`] and the solvers'
-//! sections. A field whose schema is an `Option` may be left out, and [`super::defaults`] says what it is then.
+//! The keys of a case, each declared once: name, meaning, type and range of a key are those of its field,
+//! here and in [`super::fluid`], [`super::structure`], [`super::probe`], [`super::coupling`] and the solvers'
+//! sections. A field whose schema is an `Option` may be left out, and `defaults` says what it is then.
 
 use super::coupling::Coupling;
 use super::fluid::Fluid;

@@ -5,9 +5,9 @@
 //!           ── defaults (that follow from other keys) ── Case ── check (numbers, geometry, names)
 //! ```
 //!
-//! Start at [`Case::load`]. [`keys`] is what users write, what the JSON schema describes and what solvers read;
-//! solvers bring [`section`]s of their own. All mistakes of a case are found before any is
-//! reported ([`CaseErrors`]). [`docs`] writes the tables of `docs/case-file.md`.
+//! Start at [`Case::load`]. `keys` is what users write, what the JSON schema describes and what solvers
+//! read; solvers bring [`section`]s of their own. All mistakes of a case are found before any is reported
+//! ([`CaseErrors`]). [`docs`] writes the tables of `docs/case-file.md`.
 
 mod check;
 mod conform;

@@ -111,14 +111,11 @@ fn check_load(key: &str, load: &Load, structure: &Structure, case: &General, fin
     if load.face.is_some() && load.at.is_some() {
         findings.add(key, "has both face and at", "make two loads of it");
     }
-    if let (Some(at), Some(body)) = (&load.at, body) {
-        if body.bounds.is_clear_of(at, 0.5 * structure.particle_spacing) {
-            findings.add(
-                format!("{key}.at"),
-                format!("is outside of \"{}\"", load.body),
-                "take a point of the body",
-            );
-        }
+    if let (Some(at), Some(body)) = (&load.at, body)
+        && body.bounds.is_clear_of(at, 0.5 * structure.particle_spacing)
+    {
+        let problem = format!("is outside of \"{}\"", load.body);
+        findings.add(format!("{key}.at"), problem, "take a point of the body");
     }
     if load.ramp.is_empty() {
         findings.add(format!("{key}.ramp"), "is empty", "write [[time, factor], ...], or leave it out");
