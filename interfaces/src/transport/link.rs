@@ -26,7 +26,7 @@ pub trait Link: Sized {
 
     /// Sends a message, its payload written straight into the memory that travels. Does not wait, and does
     /// not wake the other side. Says whether anybody takes it. A field with a value that is not finite is an
-    /// error ([`ParticipantError::Field`]), and nothing is sent.
+    /// error ([`Field`](crate::ParticipantError::Field)), and nothing is sent.
     fn send(&mut self, header: &MessageHeader, payload: &Payload<'_>, during: During<'_>) -> Result<bool>;
 
     /// Wakes the other side where it [waits](Link::wait).
