@@ -71,7 +71,7 @@ fn measure(criterion: &mut Criterion) {
                 pair: AdjointPair { neighbourhood: &neighbourhood, along: &along, own: &own },
                 inverse_density: 1e-3,
                 yielding: None,
-                laplacian_share: 0.1,
+                pressure_stabilization: 0.1,
                 wide_share: 1.0,
                 extra_diagonal: &extra,
                 free: &free,

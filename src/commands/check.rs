@@ -4,7 +4,7 @@ use super::{failed, say};
 use crate::arguments::CaseArguments;
 use interfaces::Role;
 use interfaces::case::Case;
-use interfaces::case::resolved::Start;
+use interfaces::case::participant::Start;
 use std::process::ExitCode;
 
 /// Reports all mistakes of a case; without one, what would run.
@@ -29,7 +29,7 @@ pub fn check(arguments: &CaseArguments) -> ExitCode {
 }
 
 /// What would solve a side: pairs of what and value.
-fn preview(case: &Case, role: Role, start: &Start) -> Result<Vec<(String, String)>, String> {
+fn preview(case: &Case, role: Role, start: Start<'_>) -> Result<Vec<(String, String)>, String> {
     let who = |what: &str, value: String| Ok(vec![(what.to_owned(), value)]);
     match (start, role) {
         (Start::Own, Role::Fluid) => fluid::participant::preview(case).map_err(|e| e.to_string()),

@@ -125,9 +125,9 @@ impl<const D: usize> Fluid<D> for Isph<D> {
         let fastest = structure_velocities.iter().map(Vector::norm).fold(fastest, f64::max);
         let mut dt = self.options.courant * h / fastest.max(1e-12);
         if state.last_dt > 0.0 {
-            dt = dt.min(self.options.growth * state.last_dt);
+            dt = dt.min(self.options.time_step_growth * state.last_dt);
         }
-        let viscosity = self.properties.kinematic_viscosity + self.approach_viscosity();
+        let viscosity = self.properties.kinematic_viscosity + self.artificial_viscosity();
         if viscosity > 0.0 {
             dt = dt.min(0.125 * h * h / viscosity);
         }
@@ -181,7 +181,7 @@ impl<const D: usize> Fluid<D> for Isph<D> {
 }
 
 impl<const D: usize> Isph<D> {
-    pub(crate) fn approach_viscosity(&self) -> f64 {
-        self.options.approach_viscosity * self.smoothing_length() * self.reference_velocity
+    pub(crate) fn artificial_viscosity(&self) -> f64 {
+        self.options.artificial_viscosity * self.smoothing_length() * self.reference_velocity
     }
 }

@@ -57,7 +57,7 @@ fn conjugate_gradients_agree_with_a_dense_factorisation() {
         pair: AdjointPair { neighbourhood: &neighbourhood, along: &along, own: &own },
         inverse_density,
         yielding: None,
-        laplacian_share: 0.1,
+        pressure_stabilization: 0.1,
         wide_share: 1.0,
         extra_diagonal: &extra,
         free: &free,

@@ -210,7 +210,7 @@ fn operator_is_symmetric_positive(carries: bool, sampling: &Sampling, particles:
         pair: AdjointPair { neighbourhood: &neighbourhood, along: &along, own: &own },
         inverse_density: 1e-3,
         yielding,
-        laplacian_share: 0.1,
+        pressure_stabilization: 0.1,
         wide_share: 1.0,
         extra_diagonal: &extra,
         free: &free,

@@ -513,7 +513,7 @@ fn bad_input_is_an_error_that_says_so() {
     };
     let error = fluid.step(&case.state, 0.0, 1e-3, &input, &mut trial).unwrap_err().to_string();
     assert!(error.contains("particle 3"), "{error}");
-    let mut fluid = case.fluid(Options { iteration_limit: 1, ..Options::default() });
+    let mut fluid = case.fluid(Options { pressure_iterations_limit: 1, ..Options::default() });
     let still = vec![V::zeros(); case.structure.len()];
     let input =
         InterfaceInput { positions: &case.structure, velocities: &still, held_pressure_gradients: &still };

@@ -3,7 +3,8 @@
 use crate::materials::{Material, Plane};
 use crate::options::{Gradient, Options};
 use interfaces::case::section::{Json, Sections, and_with, laid_over, schema_of, to_table};
-use interfaces::case::{Findings, typed};
+use interfaces::case::structure::Structure;
+use interfaces::case::{Case, Findings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -59,10 +60,10 @@ pub fn material(written: &Table, dimension: usize) -> Result<Elastic, toml::de::
     laid_over(&assumption(plane), written)
 }
 
-fn resolve(file: &mut typed::CaseFile, findings: &mut Findings) {
-    let dimension = file.case.dimension;
+fn resolve(file: &mut Case, findings: &mut Findings) {
+    let dimension = file.general.dimension;
     let Some(structure) = &mut file.structure else { return };
-    match material(&structure.material, dimension as usize) {
+    match material(&structure.material, dimension) {
         Ok(material) => {
             structure.material = to_table(&material);
             check_material(&material.material, dimension, findings);
@@ -78,8 +79,8 @@ fn resolve(file: &mut typed::CaseFile, findings: &mut Findings) {
     }
 }
 
-fn check_material(material: &Material, dimension: u32, findings: &mut Findings) {
-    match (dimension, material.plane) {
+fn check_material(material: &Material, dimension: usize, findings: &mut Findings) {
+    match (dimension, material.assumption) {
         (2, Plane::ThreeDimensional) => {
             let remedy = "take \"plane-strain\" or \"plane-stress\"";
             return findings.add("structure.material.assumption", "does not fit two dimensions", remedy);
@@ -90,10 +91,10 @@ fn check_material(material: &Material, dimension: u32, findings: &mut Findings) 
         }
         _ => {}
     }
-    let ratio = material.poissons_ratio;
-    let plane_stress = material.plane == Plane::Stress;
+    let ratio = material.poisson_ratio;
+    let plane_stress = material.assumption == Plane::Stress;
     if ratio <= -1.0 || ratio > 0.5 || (ratio == 0.5 && !plane_stress) {
-        let (range, model) = match material.plane {
+        let (range, model) = match material.assumption {
             Plane::Stress => ("over -1 and at most 0.5", "plane stress"),
             Plane::Strain => ("over -1 and under 0.5", "plane strain"),
             Plane::ThreeDimensional => ("over -1 and under 0.5", "three dimensions"),
@@ -108,28 +109,23 @@ fn check_material(material: &Material, dimension: u32, findings: &mut Findings) 
 
 /// Clamps as the gradient wants them: on the face itself for the quadratic one; by rows as deep as its
 /// support for the first-order one, which does not see fixed points.
-fn resolve_clamps(
-    structure: &mut typed::Structure,
-    gradient: Gradient,
-    dimension: u32,
-    findings: &mut Findings,
-) {
+fn resolve_clamps(structure: &mut Structure, gradient: Gradient, dimension: usize, findings: &mut Findings) {
     let usual = match gradient {
         Gradient::Quadratic => 0,
         Gradient::FirstOrder => 3,
     };
-    for clamp in structure.clamp.iter_mut().filter(|clamp| clamp.face.is_some()) {
+    for clamp in structure.clamps.iter_mut().filter(|clamp| clamp.face.is_some()) {
         clamp.rows.get_or_insert(usual);
     }
-    for (i, clamp) in structure.clamp.iter().enumerate() {
+    for (i, clamp) in structure.clamps.iter().enumerate() {
         let key = format!("structure.clamp.{i}");
         let kinds = [clamp.face.is_some(), clamp.bounds.is_some(), clamp.circle.is_some()];
         if kinds.iter().filter(|is_there| **is_there).count() > 1 {
             // Two clamps in one, which is reported elsewhere.
             continue;
         }
-        let mut bodies = structure.body.iter().filter(|body| body.name == clamp.body);
-        let off_lattice = bodies.next().is_some_and(|body| body.is_off_lattice(&structure.clamp));
+        let mut bodies = structure.bodies.iter().filter(|body| body.name == clamp.body);
+        let off_lattice = bodies.next().is_some_and(|body| body.is_off_lattice(&structure.clamps));
         if clamp.face.is_some() && clamp.rows != Some(0) && off_lattice {
             let problem = "its fixed rows would go on with a lattice that the body has not";
             findings.add(&key, problem, "take the quadratic gradient and rows = 0, or a box");

@@ -22,7 +22,7 @@ pub struct PressureOperator<'a, const D: usize> {
     /// How the structure yields, where it does.
     pub yielding: Option<Yielding<'a>>,
     /// Share of the compact Laplacian.
-    pub laplacian_share: f64,
+    pub pressure_stabilization: f64,
     /// Share of `D M⁻¹ Dᵀ`: 1, or 0 for the paper's scheme.
     pub wide_share: f64,
     /// Added to the diagonal (m³/kg/m²).
@@ -77,7 +77,7 @@ impl<const D: usize> PressureOperator<'_, D> {
         let AdjointPair { neighbourhood, along, own } = self.pair;
         let list = &neighbourhood.fluid;
         scratch.fluid.resize(p.len(), Vector::zeros());
-        let compact = self.laplacian_share * self.inverse_density;
+        let compact = self.pressure_stabilization * self.inverse_density;
         scratch.fluid.par_iter_mut().zip(out.par_iter_mut()).with_min_len(ROWS).enumerate().for_each(
             |(a, (acceleration, out))| {
                 let pairs = &neighbourhood.fluid_pairs[list.range(a)];
@@ -128,7 +128,7 @@ impl<const D: usize> PressureOperator<'_, D> {
                 wide += carried.norm_squared();
                 compact += pair.stiffness();
             }
-            *out = self.inverse_density * (self.wide_share * wide + self.laplacian_share * compact);
+            *out = self.inverse_density * (self.wide_share * wide + self.pressure_stabilization * compact);
         });
     }
 }

@@ -30,7 +30,7 @@ pub(super) fn operator<'a, const D: usize>(
         pair: AdjointPair { neighbourhood, along: &terms.along, own: &terms.own },
         inverse_density: 1.0 / properties.density,
         yielding,
-        laplacian_share: options.laplacian_share,
+        pressure_stabilization: options.pressure_stabilization,
         wide_share: if options.scheme == Scheme::Paper { 0.0 } else { 1.0 },
         extra_diagonal: &terms.extra_diagonal,
         free: &surface.free,

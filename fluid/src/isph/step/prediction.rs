@@ -24,7 +24,7 @@ impl<const D: usize> Isph<D> {
         structure: &BoundaryPoints<D>,
         report: &mut StepReport<D>,
     ) {
-        let approach_viscosity = self.approach_viscosity();
+        let artificial_viscosity = self.artificial_viscosity();
         let s = &mut self.scratch;
         let input = ViscousInput {
             neighbourhood: &s.neighbourhood,
@@ -33,7 +33,7 @@ impl<const D: usize> Isph<D> {
             velocities: &accepted.velocities,
             kinematic_viscosity: self.properties.kinematic_viscosity,
             smoothing_length: self.kernel.smoothing_length(),
-            approach_viscosity,
+            artificial_viscosity,
         };
         viscosity::accelerations(&input, &self.options, &mut s.viscosities, &mut s.viscous);
         s.contact_impulses.clear();

@@ -39,8 +39,10 @@ impl<const D: usize> Isph<D> {
         );
         let a = operator((&self.properties, &self.options), None, &s.neighbourhood, &s.surface, &s.terms);
         let q = &mut trial.memory.position_potentials;
-        let limits =
-            Limits { tolerance: self.options.position_tolerance, iterations: self.options.iteration_limit };
+        let limits = Limits {
+            tolerance: self.options.position_tolerance,
+            iterations: self.options.pressure_iterations_limit,
+        };
         let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
         remove_mean_if(s.surface.is_closed(), &mut s.right);
         report.position_solve = solve(&a, s.surface.is_closed(), &s.right, q, limits, memory);
@@ -86,8 +88,10 @@ impl<const D: usize> Isph<D> {
         }
         clear_known(&mut s.right, &s.surface.free);
         let p = &mut trial.pressures;
-        let limits =
-            Limits { tolerance: self.options.pressure_tolerance, iterations: self.options.iteration_limit };
+        let limits = Limits {
+            tolerance: self.options.pressure_tolerance,
+            iterations: self.options.pressure_iterations_limit,
+        };
         let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
         remove_mean_if(s.surface.is_closed(), &mut s.right);
         report.pressure_solve = solve(&a, s.surface.is_closed(), &s.right, p, limits, memory);

@@ -12,8 +12,8 @@ pub use node::remove_stale;
 
 use super::Address;
 use super::link::{During, Link, Received};
-use crate::ParticipantError;
 use crate::protocol::{MessageHeader, Payload};
+use crate::{ParticipantError, Result};
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::port::{listener::Listener, notifier::Notifier, publisher::Publisher, subscriber::Subscriber};
 use iceoryx2::prelude::{
@@ -69,11 +69,7 @@ struct Services<S: Service> {
 }
 
 impl<S: Service> Ports<S> {
-    fn over(
-        node: OwnNode<S>,
-        incoming: Services<S>,
-        outgoing: Services<S>,
-    ) -> Result<Self, ParticipantError> {
+    fn over(node: OwnNode<S>, incoming: Services<S>, outgoing: Services<S>) -> Result<Self> {
         // What receives comes first, so that whoever sees our sender can already be heard.
         let subscriber =
             incoming.messages.subscriber_builder().create().map_err(failed("creating a subscriber"))?;
@@ -114,17 +110,14 @@ impl<S: Service> Ports<S> {
 impl<S: Service> Link for Ports<S> {
     type Received = Sample<S, [f64], MessageHeader>;
 
-    fn create(address: &Address) -> Result<Self, ParticipantError> {
+    fn create(address: &Address) -> Result<Self> {
         let node = OwnNode::<S>::new(address)?;
         let incoming = create_services(&node, &address.to_coupler())?;
         let outgoing = create_services(&node, &address.to_participant())?;
         Self::over(node, incoming, outgoing)
     }
 
-    fn open(
-        address: &Address,
-        again: &mut dyn FnMut() -> Result<(), ParticipantError>,
-    ) -> Result<Self, ParticipantError> {
+    fn open(address: &Address, again: &mut dyn FnMut() -> Result<()>) -> Result<Self> {
         let node = OwnNode::<S>::new(address)?;
         loop {
             let opened = open_services(&node, &address.to_participant())
@@ -146,12 +139,7 @@ impl<S: Service> Link for Ports<S> {
         }
     }
 
-    fn send(
-        &mut self,
-        header: &MessageHeader,
-        payload: &Payload<'_>,
-        during: During<'_>,
-    ) -> Result<bool, ParticipantError> {
+    fn send(&mut self, header: &MessageHeader, payload: &Payload<'_>, during: During<'_>) -> Result<bool> {
         let failed = |what: String| ParticipantError::Transport { during: during(), what };
         let loaned = self.publisher.loan_slice_uninit(payload.len());
         let mut sample = loaned.map_err(|e| failed(format!("no memory: {e:?}")))?;
@@ -164,12 +152,12 @@ impl<S: Service> Link for Ports<S> {
         Ok(recipients > 0)
     }
 
-    fn wake(&self, during: During<'_>) -> Result<(), ParticipantError> {
+    fn wake(&self, during: During<'_>) -> Result<()> {
         let failed = |e| ParticipantError::Transport { during: during(), what: format!("no wake-up: {e:?}") };
         self.notifier.notify().map(drop).map_err(failed)
     }
 
-    fn take(&mut self, during: During<'_>) -> Result<Option<Self::Received>, ParticipantError> {
+    fn take(&mut self, during: During<'_>) -> Result<Option<Self::Received>> {
         let failed =
             |e| ParticipantError::Transport { during: during(), what: format!("not received: {e:?}") };
         let received = self.subscriber.receive().map_err(failed)?;
@@ -208,7 +196,7 @@ impl<S: Service> Received for Sample<S, [f64], MessageHeader> {
     }
 }
 
-fn create_services<S: Service>(node: &Node<S>, name: &str) -> Result<Services<S>, ParticipantError> {
+fn create_services<S: Service>(node: &Node<S>, name: &str) -> Result<Services<S>> {
     let name = service_name(name)?;
     let messages = node
         .service_builder(&name)
@@ -278,7 +266,7 @@ fn open_services<S: Service>(node: &Node<S>, name: &str) -> Result<Services<S>, 
     Ok(Services { messages, events })
 }
 
-fn service_name(name: &str) -> Result<ServiceName, ParticipantError> {
+fn service_name(name: &str) -> Result<ServiceName> {
     name.try_into().map_err(failed("naming a service"))
 }
 

@@ -1,8 +1,8 @@
 //! A node of ours, and what is left of the dead.
 
 use super::presence::Presence;
-use crate::ParticipantError;
 use crate::transport::Address;
+use crate::{ParticipantError, Result};
 use iceoryx2::prelude::{
     Config, FileName, LogLevel, Node, NodeBuilder, Path, SemanticString, SignalHandlingMode,
     set_log_level_from_env_or,
@@ -23,7 +23,7 @@ pub(super) struct OwnNode<S: Service> {
 }
 
 impl<S: Service> OwnNode<S> {
-    pub(super) fn new(address: &Address) -> Result<Self, ParticipantError> {
+    pub(super) fn new(address: &Address) -> Result<Self> {
         let failed = |what: String| ParticipantError::Transport { during: "opening a node".to_owned(), what };
         set_log_level_from_env_or(LogLevel::Fatal);
         let config = config(address).map_err(failed)?;
@@ -70,6 +70,6 @@ fn config(address: &Address) -> Result<Config, String> {
 
 /// Removes what processes of the address's domain left in shared memory when they were killed. Who kills
 /// participants calls it once they are gone; a run that starts or ends does it by itself.
-pub fn remove_stale(address: &Address) -> Result<(), ParticipantError> {
+pub fn remove_stale(address: &Address) -> Result<()> {
     OwnNode::<ipc::Service>::new(address).map(drop)
 }
