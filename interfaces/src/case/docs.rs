@@ -1,8 +1,7 @@
 //! The tables of keys in `docs/case-file.md`, made of the schema.
 //!
 //! A line `<!-- keys of fluid.region -->` of the page begins a table, `<!-- end of keys -->` ends it; what is
-//! between them is made anew, unless it is a section that none of the schema's solvers describes: what stands
-//! there stays.
+//! between them is made anew.
 
 use super::schema::{Kind, Node};
 use serde_json::Value;
@@ -25,12 +24,8 @@ pub fn filled(page: &str, schema: &Value) -> Result<String, String> {
             continue;
         };
         let node = section(schema, place).ok_or(format!("the schema has no section {place}"))?;
-        let mut between: Vec<&str> = lines.by_ref().take_while(|line| *line != END).collect();
-        let table = table(node);
-        if !node.is_open() {
-            between = std::iter::once("").chain(table.lines()).chain([""]).collect();
-        }
-        between.iter().chain([&END]).for_each(|line| made.extend([line, "\n"]));
+        let _ = write!(made, "\n{}\n{END}\n", table(node));
+        lines.by_ref().find(|line| *line == END).ok_or(format!("the table of {place} has no end"))?;
     }
     Ok(made)
 }

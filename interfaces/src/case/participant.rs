@@ -10,14 +10,11 @@ use std::path::{Path, PathBuf};
 #[serde(deny_unknown_fields)]
 pub struct Participant {
     /// Our own solver, or one that somebody starts by hand.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<StartWord>,
     /// A command that the coupler starts: the program and its arguments.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub command: Option<Vec<String>>,
     /// A functional mock-up unit (FMI 2.0 or 3.0): its file, sought from where the case file is. A process
     /// that the coupler starts serves it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fmu: Option<PathBuf>,
     /// Variables behind the ports of an FMU, and numbers that it tells.
     #[serde(default, skip_serializing_if = "Variables::is_empty")]

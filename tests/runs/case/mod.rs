@@ -389,8 +389,7 @@ fn the_docs_are_what_the_types_say() {
     let page = std::fs::read_to_string(folder.join("case-file.md")).unwrap();
     let files = [
         ("case.schema.json", format!("{schema:#}\n")),
-        // The solvers' own sections are explained where they are declared.
-        ("case-file.md", docs::filled(&page, &interfaces::case::schema(&[])).unwrap()),
+        ("case-file.md", docs::filled(&page, &schema).unwrap()),
     ];
     for (name, made) in files {
         let path = folder.join(name);
