@@ -84,7 +84,7 @@ impl<const D: usize> Isph<D> {
             let fall = self.properties.gravity * (0.5 * dt * strictness);
             let lifted = mass * parallel::sum(p.len(), |a| fall.dot(&(velocities[a] - s.predicted[a])));
             let returned = report.viscous_work + velocity_correction::RETURNED * trial.memory.energy_excess;
-            let budget = velocity_correction::LENT * taken + lifted - strictness * returned;
+            let budget = velocity_correction::lent(kinetic, scale) * taken + lifted - strictness * returned;
             report.gradient_share = if paper {
                 1.0
             } else {
