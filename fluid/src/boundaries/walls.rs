@@ -71,9 +71,8 @@ pub struct Walls<const D: usize> {
 }
 
 /// Particles of a box between its ends, one behind the other along its motion. They stay where they are: cells
-/// of a lattice at rest, as far as the box that passes by fills them. Particles that went with it would
-/// ring: a wall that slides along itself at up to 4.5 m/s pressed with 793 ± 86 N on water at rest in a
-/// closed box, where 782 N are right, instead of TODO.
+/// of a lattice at rest, as far as the box that passes by fills them. Particles that went with it would push
+/// to and fro as they pass by.
 #[derive(Clone, Debug)]
 struct Column {
     part: usize,
@@ -482,6 +481,27 @@ fn fill_polyline<const D: usize>(
                 let along = from + (i as f64 + 0.5) * cell;
                 add(piece[0] + direction * along - out * depth, cell * spacing);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// However far a column has gone, its cells fill what the box does, from end to end and in order, and their
+    /// middles stay on the lattice but for the ends.
+    #[test]
+    fn cells_of_a_column_fill_the_box_wherever_it_is() {
+        let column = Column { part: 0, axis: 1, particles: 0..6, low: 0.3, edge: 0.1, volume: 0.01 };
+        for shift in [0.0, 0.025, 0.1, -0.37, 1.73] {
+            let cells: Vec<(f64, f64)> = (0..6).map(|k| column.cell(k, shift)).collect();
+            let volume: f64 = cells.iter().map(|c| c.1).sum();
+            let moment: f64 = cells.iter().map(|c| c.0 * c.1).sum();
+            assert!((volume - 0.05).abs() < 1e-15, "{shift}");
+            assert!((moment / volume - (0.3 + shift + 0.25)).abs() < 1e-14, "{shift}");
+            let on_lattice = |y: f64| ((y - 0.35) / 0.1 - ((y - 0.35) / 0.1).round()).abs() < 1e-9;
+            assert!(cells.iter().filter(|c| c.1 > 0.0099).all(|c| on_lattice(c.0)), "{shift} {cells:?}");
         }
     }
 }

@@ -167,8 +167,8 @@ fn still_water_stays_still_beside_a_structure_in_space() {
     stays_still::<3>((0.06, 0.1, 0.01), 0.02, 0.15, 0.06);
 }
 
-/// A box full of water, one wall of which slides along itself at 10 m/s: it does no work, and the force on it
-/// is that of the wall at rest.
+/// A box full of water, one wall of which slides along itself at up to 10 m/s: it does no work, and the force
+/// on it is that of the wall at rest, 0.1 to 0.3 s after the start from a lattice.
 #[test]
 fn a_wall_that_slides_along_itself_does_no_work() {
     let dx = 0.01;
@@ -207,10 +207,11 @@ fn a_wall_that_slides_along_itself_does_no_work() {
         (mean, spread.sqrt())
     };
     let hydrostatic = 0.5 * 1000.0 * G * 0.04;
-    for speed in [1.0, 10.0] {
+    for speed in [0.0, 1.0, 10.0] {
         let (mean, spread) = force(speed);
-        assert!((mean / hydrostatic - 1.0).abs() < 0.03, "{speed} m/s: {mean} N of {hydrostatic}");
-        assert!(spread < 0.2 * hydrostatic, "{speed} m/s: {spread} N");
+        // Measured 196.11 ± 0.003, 195.98 ± 0.18 and 196.14 ± 0.009 N of 196.20.
+        assert!((mean / hydrostatic - 1.0).abs() < 0.005, "{speed} m/s: {mean} N of {hydrostatic}");
+        assert!(spread < 0.005 * hydrostatic, "{speed} m/s: {spread} N");
     }
 }
 

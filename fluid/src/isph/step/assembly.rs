@@ -91,7 +91,9 @@ impl<const D: usize> Isph<D> {
         // The paper's gradient, Eq. (18), has ways of its own with boundaries.
         let carries = self.options.scheme == Scheme::EnergyConsistent;
         let near = &s.neighbourhood;
-        let beside = |a: usize| !near.structure.of(a).is_empty() || !near.walls.of(a).is_empty();
+        let walls = &self.walls;
+        let moves = |w: &u32| walls.part_moves(walls.part_of[*w as usize] as usize);
+        let beside = |a: usize| !near.structure.of(a).is_empty() || near.walls.of(a).iter().any(moves);
         s.terms.along.find(near, |a| carries && beside(a));
         adjoint_pair::own_gradients(&s.neighbourhood, &s.terms.along, &mut s.terms.own);
         let unit = 1.0 / (self.properties.density * self.properties.spacing.powi(2));
