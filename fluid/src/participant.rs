@@ -283,7 +283,7 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
             let time = window.end();
             format!(
                 "particle {id} was lost at {:?} m in the step to t = {time} s: it is inside a wall or the structure. \
-                 A structure as fine as the fluid, or a smaller fluid.numerics.courant, may help; \
+                 Solids that run into each other, or too long a step (fluid.numerics.courant), are the usual cause; \
                  fluid.numerics.lost_particles = \"counted\" goes on without it",
                 at.as_slice()
             )

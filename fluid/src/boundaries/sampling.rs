@@ -22,6 +22,9 @@ const AS_FINE: std::ops::RangeInclusive<f64> = 0.9..=1.1;
 /// Longest edge of a piece, in the fluid's spacing.
 const PIECE: f64 = 0.25;
 
+/// Extent of a body, in the fluid's spacing, below which it counts as thin.
+const THIN: f64 = 1.5;
+
 /// How far (in longest edges of their cells) particles carry the pieces of each other.
 const REACH: f64 = 1.6;
 
@@ -310,6 +313,10 @@ impl<'a, const D: usize> Cells<'a, D> {
                 high[i] = high[i].max(axis.dot(at) + half);
             }
         }
+        // A body of one layer would have no side to tell from the other: a thin one keeps three of its own.
+        let longest = frame.iter().map(|(_, edge)| *edge).fold(0.0, f64::max);
+        let thin = (0..D).map(|i| high[i] - low[i]).filter(|extent| *extent < THIN * spacing);
+        let spacing = thin.fold(spacing, |spacing, extent| spacing.min((extent / 3.0).max(longest)));
         let counts: [i64; D] =
             std::array::from_fn(|i| ((high[i] - low[i]) / spacing).round().max(1.0) as i64);
         let edges = std::array::from_fn(|i| {
@@ -419,6 +426,16 @@ mod tests {
             assert!(missing.is_empty(), "{edge} {missing:?} {points:?}");
         }
         assert_eq!(Sampling::new(&particles(0.0133333), 0.02, |_| false).len(), lattice.len());
+    }
+
+    #[test]
+    fn a_thin_body_keeps_three_layers() {
+        let lattice = Lattice::fill_box(V::zeros(), V::from([0.4, 0.04]), 0.01);
+        let volumes = vec![lattice.cell_volume(); lattice.positions.len()];
+        let positions = lattice.positions;
+        let particles = InterfaceParticles { positions, densities: vec![1.0; volumes.len()], volumes };
+        assert_eq!(Sampling::new(&particles, 0.04, |_| false).len(), 3 * 30);
+        assert_eq!(Sampling::new(&particles, 0.02, |_| false).len(), 2 * 20);
     }
 
     #[test]
