@@ -11,7 +11,7 @@ use crate::side::{Side, SideError};
 use crate::timing::Timing;
 use interfaces::case::Case;
 use interfaces::case::resolved::Start;
-use interfaces::transport::Alive;
+use interfaces::transport::{Alive, FOLDER};
 use interfaces::{
     Address, Deadlines, Expectations, Guarded, Participant, ParticipantError, RemoteParticipant, Role,
     new_run, remove_stale,
@@ -200,8 +200,9 @@ impl Participants {
             }
             Start::ByHand => {
                 eprintln!(
-                    "waiting for the {role}; start it with MENISCUS_RUN={} MENISCUS_CASE={} MENISCUS_CASE_HASH={hash}, for example before `meniscus {role}`",
+                    "waiting for the {role}; start it with MENISCUS_RUN={} {FOLDER}={} MENISCUS_CASE={} MENISCUS_CASE_HASH={hash}, for example before `meniscus {role}`",
                     address.connect(),
+                    address.root(),
                     case.display()
                 );
                 return Ok(());
@@ -209,6 +210,7 @@ impl Participants {
         };
         let environment = [
             ("MENISCUS_RUN", address.connect()),
+            (FOLDER, address.root()),
             ("MENISCUS_CASE", case.display().to_string()),
             ("MENISCUS_CASE_HASH", hash.to_owned()),
             ("MENISCUS_ROLE", role.to_string()),

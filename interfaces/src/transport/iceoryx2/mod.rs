@@ -7,6 +7,7 @@
 
 mod node;
 mod presence;
+mod private;
 
 pub use node::remove_stale;
 
@@ -50,7 +51,7 @@ unsafe impl ZeroCopySend for MessageHeader {
 ///
 /// The ports stand before the services and those before the node, since that is the order in which they have
 /// to be dropped.
-pub struct Ports<S: Service> {
+pub struct Ports<S: Service + 'static> {
     publisher: Publisher<S, [f64], MessageHeader>,
     subscriber: Subscriber<S, [f64], MessageHeader>,
     notifier: Notifier<S>,
@@ -68,7 +69,7 @@ struct Services<S: Service> {
     events: event::PortFactory<S>,
 }
 
-impl<S: Service> Ports<S> {
+impl<S: Service + 'static> Ports<S> {
     fn over(
         node: OwnNode<S>,
         incoming: Services<S>,
@@ -111,7 +112,7 @@ impl<S: Service> Ports<S> {
     }
 }
 
-impl<S: Service> Link for Ports<S> {
+impl<S: Service + 'static> Link for Ports<S> {
     type Received = Sample<S, [f64], MessageHeader>;
 
     fn create(address: &Address) -> Result<Self, ParticipantError> {
