@@ -5,12 +5,13 @@ use interfaces::transport::Alive;
 use rustix::io::Errno;
 use rustix::process::{Pid, test_kill_process};
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 use thiserror::Error;
+use words::text::tame;
 
 /// A participant's process could not be started.
 #[derive(Debug, Error)]
@@ -29,6 +30,10 @@ pub struct Child {
     peak_memory_bytes: u64,
 }
 
+/// Bytes of a log that are looked at for last words.
+const TAIL: u64 = 64 << 10;
+/// Characters of last words at most.
+const LAST_WORDS: usize = 500;
 /// How often a child that was told to end is looked at.
 const LOOK: Duration = Duration::from_millis(5);
 
@@ -45,7 +50,7 @@ impl Child {
         let failed = |source| LaunchError { role, command: command.join(" "), source };
         let (program, arguments) =
             command.split_first().ok_or_else(|| failed(io::Error::other("the command is empty")))?;
-        let output = File::create(log).map_err(failed)?;
+        let output = output::files::create(log).map_err(failed)?;
         let errors = output.try_clone().map_err(failed)?;
         let process = Command::new(program)
             .args(arguments)
@@ -99,8 +104,12 @@ impl Child {
     }
 
     fn last_words(&self) -> Option<String> {
-        let text = fs::read_to_string(&self.log).ok()?;
-        text.lines().rev().map(str::trim).find(|l| !l.is_empty()).map(str::to_owned)
+        let mut log = File::open(&self.log).ok()?;
+        let length = log.metadata().ok()?.len();
+        log.seek(SeekFrom::Start(length.saturating_sub(TAIL))).ok()?;
+        let mut tail = Vec::new();
+        log.take(TAIL).read_to_end(&mut tail).ok()?;
+        last_words(&String::from_utf8_lossy(&tail))
     }
 }
 
@@ -147,6 +156,20 @@ pub fn cpu_seconds(process: Option<u32>) -> f64 {
     1e-9 * threads.flatten().filter_map(nanoseconds).sum::<u64>() as f64
 }
 
+/// The last line that says something; of a panic of Rust its place and its words.
+fn last_words(log: &str) -> Option<String> {
+    let lines: Vec<&str> = log.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+    let panic = lines.iter().rposition(|line| line.starts_with("thread '") && line.contains("panicked at"));
+    let words = match panic {
+        // What follows the panic are its words, a note, a backtrace.
+        Some(at) if lines[at..].iter().any(|line| line.contains("RUST_BACKTRACE")) => {
+            lines[at..].iter().take(2).map(|line| line.trim_end_matches(':')).collect::<Vec<_>>().join(": ")
+        }
+        _ => (*lines.last()?).to_owned(),
+    };
+    Some(tame(&words, LAST_WORDS))
+}
+
 fn describe(status: ExitStatus) -> String {
     use std::os::unix::process::ExitStatusExt;
     match (status.code(), status.signal()) {
@@ -188,6 +211,28 @@ mod tests {
         let mut child = shell("kill -9 $$", &log);
         assert_eq!(wait_for_end(&mut child), "its process was ended by signal 9");
         fs::remove_file(&log).unwrap();
+    }
+
+    #[test]
+    fn last_words_are_the_reason_tame_and_short() {
+        let panic = "step 1\n\nthread 'main' (77) panicked at src/a.rs:3:5:\nindex out of bounds\n\
+                     note: run with `RUST_BACKTRACE=1` environment variable to display a backtrace\n";
+        let said = "thread 'main' (77) panicked at src/a.rs:3:5: index out of bounds";
+        for (log, words) in [
+            (panic, Some(said)),
+            ("error: \u{1b}[31mno\0\n\n", Some("error: \u{fffd}[31mno\u{fffd}")),
+            ("\n \n", None),
+        ] {
+            assert_eq!(last_words(log).as_deref(), words);
+        }
+        // A log of 800 MB, most of it a hole, and one long line at its end.
+        let dir = tempfile::tempdir().unwrap();
+        let log = dir.path().join("big.log");
+        let script =
+            format!("truncate -s 800M {0}; head -c 100000 /dev/zero | tr '\\0' x >> {0}", log.display());
+        let mut child = shell(&script, &log);
+        let ended = wait_for_end(&mut child);
+        assert!(ended.len() < 1000 && ended.contains("more characters"), "{}", ended.len());
     }
 
     #[test]

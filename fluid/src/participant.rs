@@ -377,6 +377,7 @@ fn describe<const D: usize>(method: &str, probes: &[Probe]) -> Description {
             port(names::NORMAL, Quantity::Normal, Direction::Out),
         ],
         scalars,
+        notes: vec![],
     }
 }
 

@@ -48,6 +48,9 @@ use crate::summary::Summary;
 use crate::table::{self, Columns};
 use std::path::{Path, PathBuf};
 
+/// Rows of a table at most that are held in memory for a report, about 40 MB of `windows.csv`.
+const ROWS: usize = 1 << 17;
+
 /// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png`, `dir/frames/structure.png` and
 /// `dir/frames/displacement.png` from what a run left in `dir`, and returns the report's path. Works on
 /// finished, killed and still running runs.
@@ -63,8 +66,8 @@ pub fn write_report(dir: &Path) -> Result<PathBuf> {
     let mut notes = Vec::new();
     let summary = part(dir, "summary.json", Summary::read, &mut notes);
     let case = part(dir, "case.toml", references::read_case, &mut notes).unwrap_or_default();
-    let probes = part(dir, "probes.csv", table::read, &mut notes).unwrap_or_default();
-    let windows: Columns = part(dir, "windows.csv", table::read, &mut notes).unwrap_or_default();
+    let probes = part(dir, "probes.csv", curves, &mut notes).unwrap_or_default();
+    let windows: Columns = part(dir, "windows.csv", curves, &mut notes).unwrap_or_default();
     if summary.is_none() && !dir.join("summary.json").exists() {
         notes.push("The run has left no summary.json: it was killed, or is still going on.".to_owned());
     }
@@ -102,6 +105,11 @@ pub fn write_report(dir: &Path) -> Result<PathBuf> {
     let path = dir.join("report.html");
     atomic::write_file(&path, page::html(&page).as_bytes())?;
     Ok(path)
+}
+
+/// A table for curves, of which a page has no use for more rows.
+fn curves(path: &Path) -> Result<Columns> {
+    table::read_at_most(path, ROWS)
 }
 
 /// What `read` makes of a file of the folder; `None` if it is not there or, with a note, cannot be read.

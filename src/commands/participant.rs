@@ -48,7 +48,7 @@ fn serve(
     let case = match Case::load(case_file, &[], &super::SECTIONS) {
         Ok(case) => case,
         Err(errors) => {
-            eprintln!("{errors}");
+            super::tell(&errors);
             return ExitCode::from(WRONG);
         }
     };

@@ -169,8 +169,7 @@ fn a_run_says_how_it_went_and_reports() {
     // No bar where standard error is no terminal.
     assert_eq!(ended.errors, "");
     let outputs = bench.outputs("out");
-    for word in
-        ["completed", "windows to t = 0.020000 s", "fluid", "structure", "tip.ux", "(46)", "report.html"]
+    for word in ["completed", "windows to t = 0.02 s", "fluid", "structure", "tip.ux", "(46)", "report.html"]
     {
         assert!(ended.text.contains(word), "{word}: {}", ended.text);
     }
@@ -291,8 +290,8 @@ fn the_structure_of_a_case_is_exported_as_a_unit() {
     refused(&alone, 1, &["the case has no structure"]);
 }
 
-/// Water on a plate of particles twice as coarse as its own: it comes through. That is a failure with place and
-/// time, unless the case says that lost particles count for nothing.
+/// Water on a plate of particles twice as coarse as its own: it comes through. That is a failure with place
+/// and time, unless the case says that lost particles count for nothing.
 #[test]
 fn lost_particles_end_a_run() {
     const LEAKING: &str = r#"

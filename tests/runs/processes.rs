@@ -354,3 +354,57 @@ fn another_run_at_the_same_time_is_undisturbed() {
     // The last to end removes what the killed left.
     bench.coarse_gate("last", &[]);
 }
+
+/// A disk that takes no more: a limit on the size of files stands in for it, which cuts a write where it is
+/// reached. All tables end in whole rows with the same window, and the summary says why.
+#[test]
+fn a_full_disk_leaves_whole_tables_of_one_length_and_a_summary() {
+    let bench = Bench::new();
+    let case = bench.path("case.toml");
+    let text = r#"
+[case]
+title = "Many windows"
+dimension = 2
+end_time = 1.0
+output_interval = 0.5
+particle_spacing = 0.01
+
+[fluid]
+density = 1000.0
+kinematic_viscosity = 1e-6
+domain = { low = [0.0, 0.0], high = [1.0, 1.0] }
+participant = { command = ["MENISCUS", "mock", "constant", "gradient=0,1e3"] }
+
+[structure]
+material = { law = "saint-venant-kirchhoff", youngs_modulus = 1e6, poisson_ratio = 0.3, density = 1000.0 }
+participant = { command = ["MENISCUS", "mock", "spring-mass", "stiffness=400"] }
+
+[coupling]
+scheme = "serial-implicit"
+max_window = 1e-4
+"#;
+    std::fs::write(&case, text.replace("MENISCUS", crate::support::MENISCUS)).expect("a case");
+    let out = bench.path("out");
+    let command = format!(
+        "trap '' XFSZ; ulimit -f 200; exec {} run {} --out {} --no-report",
+        crate::support::MENISCUS,
+        case.display(),
+        out.display()
+    );
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", &command]).env("MENISCUS_DOMAIN", &bench.domain);
+    let ended = Running::spawn(shell, &bench.path("printed")).wait();
+    let outputs = failed_in_order(&bench, "out", &ended, &["failed to record window", "windows.csv"]);
+    let summary = outputs.summary();
+    let windows = outputs.table("windows.csv");
+    assert!(windows.rows() > 100, "{}", windows.rows());
+    for file in ["windows.csv", "iterations.csv"] {
+        let text = std::fs::read_to_string(out.join(file)).expect("a table");
+        assert!(text.ends_with('\n'), "{file} ends with {:?}", text.lines().last());
+        let table = outputs.table(file);
+        let last = table.get("window").and_then(|column| column.last()).expect("rows");
+        assert_eq!(*last, windows.rows() as f64 - 1.0, "{file}");
+    }
+    assert!(summary.windows >= windows.rows() as u64, "{}", summary.windows);
+    assert!(!out.join(".room").exists());
+}

@@ -39,6 +39,7 @@ fn resolve_general(case: typed::General) -> General {
         dimension,
         end_time: case.end_time,
         output_interval: case.output_interval,
+        record_interval: case.record_interval,
         gravity: case.gravity.unwrap_or_else(|| vec![0.0; dimension]),
         threads: case.threads as usize,
         particle_spacing: case.particle_spacing,

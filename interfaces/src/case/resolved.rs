@@ -61,6 +61,9 @@ pub struct General {
     pub end_time: f64,
     /// Time between snapshots (s).
     pub output_interval: f64,
+    /// Time between rows of the tables at least (s); 0 is a row for every window.
+    #[serde(default)]
+    pub record_interval: f64,
     /// Acceleration of gravity on fluid and structure (m/s²).
     pub gravity: Vec<f64>,
     /// Threads of each solver; 0 is as many as the machine has. No result depends on it.

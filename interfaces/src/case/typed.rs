@@ -68,6 +68,11 @@ pub struct General {
     /// Time between snapshots (s).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub output_interval: f64,
+    /// Time between rows of the tables at least (s); 0, the default, is a row for every window. An output
+    /// always has a row.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0))]
+    pub record_interval: f64,
     /// Acceleration of gravity on fluid and structure (m/s²); none if left out.
     pub gravity: Option<Vec<f64>>,
     /// Threads of each solver; 0, the default, is as many as the machine has.

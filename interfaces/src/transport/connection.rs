@@ -7,6 +7,7 @@ use super::peer::{Alive, Peer};
 use super::{Address, Traffic};
 use crate::ParticipantError;
 use crate::protocol::{Kind, MessageHeader, Payload, VERSION, unpack, words};
+use ::words::text::{EXPLANATION, tame};
 use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -209,9 +210,18 @@ impl<L: Link> Message<L> {
         unpack(&self.payload()[self.payload().len() - words(bytes)..], bytes)
     }
 
-    /// The text, for people.
+    /// The text, for people: what a terminal can show, and no more than people read.
     pub fn words(&self) -> String {
-        String::from_utf8_lossy(&self.text()).into_owned()
+        // A character has at most four bytes.
+        let bytes = (self.header().text_bytes as usize).min(4 * EXPLANATION);
+        let text =
+            unpack(&self.payload()[self.payload().len() - words(self.header().text_bytes as usize)..], bytes);
+        let mut tamed = tame(&String::from_utf8_lossy(&text), EXPLANATION);
+        let left = self.header().text_bytes as usize - bytes;
+        if left > 0 {
+            tamed.push_str(&format!(" … ({left} more bytes)"));
+        }
+        tamed
     }
 
     fn payload(&self) -> &[f64] {
