@@ -1,14 +1,18 @@
 //! Participants as processes of their own.
 
+pub mod guard;
+
 use interfaces::Role;
 use interfaces::transport::Alive;
 use rustix::io::Errno;
-use rustix::process::{Pid, test_kill_process};
+use rustix::process::{
+    Pid, Signal, WaitIdOptions, WaitIdStatus, kill_process_group, test_kill_process, waitid,
+};
 use std::fs::{self, File};
 use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use thiserror::Error;
 use words::text::tame;
@@ -22,12 +26,14 @@ pub struct LaunchError {
     source: io::Error,
 }
 
-/// A participant's process. It is killed when dropped, if it still runs then.
+/// A participant's process and the group that it leads. They are killed when it is dropped, as far as they
+/// still run then.
 #[derive(Debug)]
 pub struct Child {
     process: std::process::Child,
     log: PathBuf,
     peak_memory_bytes: u64,
+    is_reaped: bool,
 }
 
 /// Bytes of a log that are looked at for last words.
@@ -61,12 +67,12 @@ impl Child {
             .process_group(0)
             .spawn()
             .map_err(failed)?;
-        Ok(Self { process, log: log.to_owned(), peak_memory_bytes: 0 })
+        Ok(Self { process, log: log.to_owned(), peak_memory_bytes: 0, is_reaped: false })
     }
 
     /// How the process ended, if it did: its exit status, the last line of its log, and where the log is.
     pub fn ended(&mut self) -> Option<String> {
-        let status = self.process.try_wait().ok().flatten()?;
+        let status = self.status()?;
         let said = self
             .last_words()
             .map_or(String::new(), |line| format!("; its last words, in {}: {line}", self.log.display()));
@@ -89,18 +95,37 @@ impl Child {
         cpu_seconds(Some(self.process.id()))
     }
 
-    /// Lets the process end by itself until `deadline`, and kills it then.
-    pub fn end(&mut self, deadline: Instant) {
-        while matches!(self.process.try_wait(), Ok(None)) && Instant::now() < deadline {
+    /// Lets the process end by itself until `deadline`, and kills it then, and what it started and left
+    /// behind. Says how it ended where that was not in order.
+    pub fn end(&mut self, deadline: Instant) -> Option<String> {
+        while self.status().is_none() && Instant::now() < deadline {
             std::thread::sleep(LOOK);
         }
+        let how = match self.status() {
+            Some(status) if status.exit_status() == Some(0) => None,
+            Some(_) => self.ended(),
+            None => Some("it did not end by itself, and was killed".to_owned()),
+        };
         self.kill();
+        how
+    }
+
+    /// How it ended, if it did. It stays what systems call a zombie, so that its number is no other's until
+    /// its group is killed.
+    fn status(&self) -> Option<WaitIdStatus> {
+        let look = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        waitid(rustix::process::WaitId::Pid(self.id()), look).ok().flatten()
     }
 
     fn kill(&mut self) {
-        // An error says that the process is gone already, which is what is wanted.
+        if self.is_reaped {
+            return;
+        }
+        // An error says that they are gone already, which is what is wanted.
+        let _ = kill_process_group(self.id(), Signal::KILL);
         let _ = self.process.kill();
         let _ = self.process.wait();
+        self.is_reaped = true;
     }
 
     fn last_words(&self) -> Option<String> {
@@ -170,10 +195,14 @@ fn last_words(log: &str) -> Option<String> {
     Some(tame(&words, LAST_WORDS))
 }
 
-fn describe(status: ExitStatus) -> String {
-    use std::os::unix::process::ExitStatusExt;
-    match (status.code(), status.signal()) {
+fn describe(status: WaitIdStatus) -> String {
+    match (status.exit_status(), status.terminating_signal()) {
         (Some(code), _) => format!("its process ended with exit code {code}"),
+        (None, Some(signal)) if signal == Signal::BUS.as_raw() => {
+            format!(
+                "its process was ended by signal {signal}, as where memory that is shared cannot be had: see df /dev/shm"
+            )
+        }
         (None, Some(signal)) => format!("its process was ended by signal {signal}"),
         (None, None) => "its process ended".to_owned(),
     }
@@ -211,6 +240,35 @@ mod tests {
         let mut child = shell("kill -9 $$", &log);
         assert_eq!(wait_for_end(&mut child), "its process was ended by signal 9");
         fs::remove_file(&log).unwrap();
+    }
+
+    #[test]
+    fn what_a_child_started_ends_with_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let (log, number) = (dir.path().join("log"), dir.path().join("number"));
+        for (script, how) in [
+            ("sleep 300 & echo $! > NUMBER; wait", Some("it did not end by itself, and was killed")),
+            ("sleep 300 & echo $! > NUMBER", None),
+        ] {
+            let mut child = shell(&script.replace("NUMBER", &number.display().to_string()), &log);
+            let started = || fs::read_to_string(&number).ok()?.trim().parse::<u32>().ok();
+            while started().is_none() {
+                std::thread::sleep(LOOK);
+            }
+            assert_eq!(child.end(Instant::now() + Duration::from_millis(300)).as_deref(), how);
+            let mut other = watch(started().unwrap());
+            let deadline = Instant::now() + Duration::from_secs(10);
+            while other().is_none() && !is_zombie(started().unwrap()) {
+                assert!(Instant::now() < deadline, "it still runs");
+                std::thread::sleep(LOOK);
+            }
+            fs::remove_file(&number).unwrap();
+        }
+    }
+
+    /// Of a process whose parent has gone, which nobody may have waited for.
+    fn is_zombie(process: u32) -> bool {
+        fs::read_to_string(format!("/proc/{process}/stat")).is_ok_and(|stat| stat.contains(") Z"))
     }
 
     #[test]

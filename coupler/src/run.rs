@@ -7,7 +7,7 @@ pub mod recorded;
 
 pub use folder::{CASE, SUMMARY};
 pub use options::{Options, RunError};
-pub use participants::{Build, Solvers, participant_deadlines};
+pub use participants::{Build, Solvers, participant_deadlines, threads};
 pub use recorded::Recorded;
 
 use crate::phase::Phase;
@@ -21,7 +21,7 @@ use interfaces::case::Case;
 use interfaces::case::resolved::{Probe, Start};
 use interfaces::{Role, Scalar, SubSteps, pairing};
 use output::summary::{RoleUse, Status, Summary};
-use participants::{Participants, threads};
+use participants::Participants;
 use std::panic::AssertUnwindSafe;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -119,7 +119,13 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers) -> Outcome {
     })
     .unwrap_or_else(Outcome::from);
     let in_order = outcome.result.as_ref().err().is_none_or(RunError::is_interruption);
-    let memory = announce.during(Phase::Starting, || participants.end(in_order));
+    let (memory, ends) = announce.during(Phase::Starting, || participants.end(in_order));
+    // After another failure, or told to stop, nobody has to end as if nothing had happened.
+    if let (Ok(()), Some(end)) = (&outcome.result, ends.into_iter().next())
+        && !options.stop.load(Ordering::Relaxed)
+    {
+        outcome.result = Err(end.into());
+    }
     folder::remove_unpacked(&options.out);
     let roles = &mut outcome.known.roles;
     for (role, bytes) in memory {

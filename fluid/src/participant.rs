@@ -63,17 +63,39 @@ fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, Part
     let (fluid, state, max_time_step) = isph::<D>(case)?;
     let (particles, walls) = (state.len(), fluid.walls().positions.len());
     let step = fluid.stable_step(&state, 0.0, &[]).min(max_time_step);
-    let windows = case.general.end_time / step;
+    let [most, least] = windows(case, &fluid, &state, max_time_step);
     let line = |what: &str, value: String| (what.to_owned(), value);
     Ok(vec![
         line("particles", format!("{particles} (and {walls} in walls)")),
         line("first time step", format!("{step:.3e} s")),
-        line("expected windows", format!("{windows:.0} and more: the step shrinks as the fluid speeds up")),
+        line(
+            "expected windows",
+            format!(
+                "{least:.0} (if it stays as slow as at the start) to {most:.0} (at characteristic_speed throughout)"
+            ),
+        ),
         line(
             "memory",
             format!("about {:.0} MB", (BYTES_OF_PROCESS + particles as f64 * BYTES_A_PARTICLE) / 1e6),
         ),
     ])
+}
+
+/// Windows of a run whose fluid always goes as fast as `characteristic_speed`, and of one whose fluid stays
+/// as fast as it is at the start.
+fn windows<const D: usize>(
+    case: &Case,
+    fluid: &Isph<D>,
+    state: &State<D, Memory<D>>,
+    max_time_step: f64,
+) -> [f64; 2] {
+    let mut fast = state.clone();
+    let speed = case.fluid.as_ref().map_or(0.0, |fluid| fluid.characteristic_speed);
+    for velocity in &mut fast.velocities {
+        velocity[0] += speed;
+    }
+    let of = |state| case.general.end_time / fluid.stable_step(state, 0.0, &[]).min(max_time_step);
+    [of(&fast), of(state)]
 }
 
 /// The fluid of a case by ISPH without a structure, its state at the start, and the largest time step (s)

@@ -168,7 +168,13 @@ impl<L: Link> RemoteParticipant<L> {
                 self.sequence -= 1;
                 Err(error)
             }
-            sent => sent.map_err(|error| self.broken(error)),
+            Err(error) => {
+                // The reason may have come before the end did.
+                let failed = self.connection.left().filter(|message| message.kind() == Kind::Failed);
+                let error = failed.map_or(error, |message| ParticipantError::Failed(message.words()));
+                Err(self.broken(error))
+            }
+            Ok(()) => Ok(()),
         }
     }
 

@@ -54,7 +54,7 @@ impl Table {
         Ok(table)
     }
 
-    /// Adds a row, one value a column. A value that does not exist is `f64::NAN`.
+    /// Adds a row, one value a column. A value that does not exist is `f64::NAN`, and has an empty cell.
     ///
     /// # Errors
     /// [`Error::Row`] if there are more or fewer values than columns, [`Error::Write`] if the disk is full.
@@ -148,10 +148,14 @@ impl Drop for Table {
     }
 }
 
-/// The shortest decimal text that reads back to the same bits; whole numbers without a point, so that counts
-/// look like counts.
+/// The shortest decimal text that reads back to the same bits, none for not-a-number; whole numbers without a
+/// point, so that counts look like counts.
 fn push_number(text: &mut String, value: f64) {
     let magnitude = value.abs();
+    // What does not exist has an empty cell.
+    if value.is_nan() {
+        return;
+    }
     // Writing to a string cannot fail.
     let _ = if magnitude == 0.0 || (1e-4..1e15).contains(&magnitude) || !value.is_finite() {
         write!(text, "{value}")

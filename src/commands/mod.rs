@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod check;
 pub mod export_fmu;
+pub mod new;
 pub mod participant;
 pub mod report;
 pub mod run;
@@ -53,7 +54,7 @@ fn solver(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>, P
 fn set_threads(case: &Case) {
     // It fails if the pool stands already: it then has the threads of the first call, which no result depends
     // on.
-    let _ = rayon::ThreadPoolBuilder::new().num_threads(case.general.threads).build_global();
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(coupler::run::threads(case)).build_global();
 }
 
 /// A flag that Ctrl-C, SIGTERM and the terminal's end (SIGHUP, unless `nohup` had it ignored) set; a second

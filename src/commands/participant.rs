@@ -2,7 +2,7 @@
 //! coupler.
 
 use super::{WRONG, failed};
-use crate::arguments::{Fmu, Join, Mock, Solver};
+use crate::arguments::{CaseArguments, Fmu, Join, Mock, Solver};
 use interfaces::case::Case;
 use interfaces::{Address, Participant, Role};
 use std::path::Path;
@@ -27,6 +27,18 @@ pub fn fmu(arguments: &Fmu) -> ExitCode {
         let out = solver.case.parent().unwrap_or(Path::new("."));
         fmu_host::open(case, role, out).map_err(|e| e.to_string())
     })
+}
+
+/// Loads and instantiates the unit that the case has for a side.
+pub fn probe(arguments: &CaseArguments, role: Role) -> ExitCode {
+    let case = match super::load(arguments) {
+        Ok(case) => case,
+        Err(code) => return code,
+    };
+    match super::check::probe_fmu(&case, role) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failed(error),
+    }
 }
 
 /// Serves a mock partner.

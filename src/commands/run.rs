@@ -3,7 +3,6 @@
 use super::{FAILED, INTERRUPTED, WRONG, failed, say};
 use crate::arguments::Run;
 use coupler::run::{Options, RunError, Solvers};
-use interfaces::Role;
 use interfaces::case::Case;
 use output::summary::{Extremes, Status, Summary};
 use std::path::{Path, PathBuf};
@@ -16,14 +15,10 @@ pub fn run(arguments: &Run) -> ExitCode {
         Err(code) => return code,
     };
     // What does not fit is said before anything is started or emptied.
-    for role in [Role::Fluid, Role::Structure] {
-        if fmu_host::participant::unit_of(&case, role).is_none() {
-            continue;
-        }
-        if let Err(error) = fmu_host::preview(&case, role) {
-            super::tell(format_args!("error: {error}"));
-            return ExitCode::from(WRONG);
-        }
+    let mistakes = super::check::preflight(&case);
+    if !mistakes.is_empty() {
+        super::tell(format_args!("error: {}", mistakes.join("\n  ")));
+        return ExitCode::from(WRONG);
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.case.case));
     let (executable, stop) = match (std::env::current_exe(), super::stop_flag()) {

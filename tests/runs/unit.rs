@@ -183,9 +183,7 @@ fn a_unit_that_does_not_fit_is_refused_before_anything_starts() {
 fn a_reduced_unit_meets_our_fluid_through_a_mapping() {
     let bench = Bench::new();
     let unit = export(&bench, "gate.fmu", &[&COARSE[..7], &["--fmi", "2", "--points", "16"]].concat());
-    let participant = format!(
-        "structure.participant={{ fmu = \"{unit}\", variables = {{ position = \"point[{{point}}].position.{{axis}}\", velocity = \"point[{{point}}].velocity.{{axis}}\", force = \"point[{{point}}].force.{{axis}}\" }} }}"
-    );
+    let participant = format!("structure.participant={{ fmu = \"{unit}\" }}");
     let mapping = "coupling.mapping={ method = \"radial-basis\", reach = 0.02 }";
     let outputs = bench.coarse_gate("out", &["--set", &participant, "--set", mapping]);
     let table = outputs.table("windows.csv");

@@ -5,6 +5,7 @@ mod values;
 use crate::Error;
 use crate::description::{Causality, Description, Type, Variable};
 use interfaces::case::Case;
+use interfaces::case::coupling::CouplingScheme;
 use interfaces::case::resolved::{Probe, Unit};
 use interfaces::case::unit::ParameterValue;
 use interfaces::port::names;
@@ -112,6 +113,7 @@ pub fn wire(unit: &Unit, description: &Description, case: &Case, role: Role) -> 
     let records = plan.records(&case.probes, case.general.dimension);
     let window_limit = plan.number("window_limit", unit.variables.window_limit.as_deref(), "largest_step");
     let sub_steps = plan.number("sub_steps", unit.variables.sub_steps.as_deref(), "steps_taken");
+    plan.check_state(case);
     let Plan { mismatches, notes, .. } = plan;
     if mismatches.is_empty() {
         Ok(Wiring { wires, records, window_limit, sub_steps, parameters, notes })
@@ -140,6 +142,20 @@ struct Found {
 impl Plan<'_> {
     fn key(&self, rest: &str) -> String {
         format!("{}.participant.{rest}", self.role)
+    }
+
+    /// Windows are solved again by implicit schemes, and after a prediction, by a structure.
+    fn check_state(&mut self, case: &Case) {
+        let Some(coupling) = case.coupling.as_ref().filter(|_| !self.description.keeps_state) else { return };
+        let predicts = self.role == Role::Structure
+            && coupling.scheme == CouplingScheme::SerialExplicit
+            && coupling.prediction == Some(true);
+        if coupling.scheme.is_implicit() || predicts {
+            let key = self.key("fmu");
+            self.mismatches.push(format!(
+                "{key}: it cannot solve a window again (canGetAndSetFMUState is false); take coupling.scheme = \"serial-explicit\" with coupling.prediction = false, or \"parallel-explicit\""
+            ));
+        }
     }
 
     fn wires(&mut self, dimension: usize) -> Vec<Wire> {
@@ -246,6 +262,9 @@ impl Plan<'_> {
         let of_probes = probes.iter().filter(is_mine).flat_map(|probe| probe.scalars(dimension));
         for scalar in of_case.into_iter().chain(of_probes) {
             let variable = self.description.variable(&scalar.name).filter(|variable| is_number(variable));
+            if variable.is_none() && scalar.kind == ScalarKind::Probe {
+                self.notes.push(format!("the case's probe `{}` is none of its variables", scalar.name));
+            }
             records.extend(variable.map(|variable| (scalar, variable.clone())));
         }
         let key = self.key("record");

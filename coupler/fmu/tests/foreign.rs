@@ -216,7 +216,7 @@ fn a_unit_whose_state_is_not_whole_is_found_out() {
 /// What the description of a unit makes of a structure's ports, its variables being these.
 fn wired(definitions: &str, variables: &str) -> Result<fmu_host::wiring::Wiring, String> {
     let text = format!(
-        r#"<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t"><CoSimulation modelIdentifier="m"/><UnitDefinitions>{definitions}</UnitDefinitions><ModelVariables>{variables}</ModelVariables></fmiModelDescription>"#
+        r#"<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t"><CoSimulation modelIdentifier="m" canGetAndSetFMUState="true"/><UnitDefinitions>{definitions}</UnitDefinitions><ModelVariables>{variables}</ModelVariables></fmiModelDescription>"#
     );
     let description = fmu_host::description::Description::parse(&text)?;
     let case = case("{ fmu = \"unit.fmu\" }");
@@ -327,6 +327,13 @@ fn a_unit_without_state_solves_no_window_again() {
     for version in [2, 3] {
         let spring = Spring { keeps_state: false, variable_steps: false, ..Spring::of(version) };
         let unit = workshop.unit(spring);
+        // Where the case has windows solved again it is refused before it is opened.
+        let refused = workshop.open(&case(&spring.participant(&unit, ""))).err().expect("it is refused");
+        assert!(refused.to_string().contains("coupling.prediction = false"), "{refused}");
+        let case = |structure: &str| {
+            let text = case_text("{ start = \"by-hand\" }", structure, 1.0, "[coupling]\nprediction = false");
+            Case::parse(&text, Path::new("/case.toml"), &[], &[]).unwrap_or_else(|errors| panic!("{errors}"))
+        };
         let mut participant =
             Guarded::new(workshop.open(&case(&spring.participant(&unit, ""))).expect("a unit"));
         let description = participant.describe().clone();

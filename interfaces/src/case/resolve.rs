@@ -38,7 +38,8 @@ fn resolve_general(case: typed::General) -> General {
         title: case.title,
         dimension,
         end_time: case.end_time,
-        output_interval: case.output_interval,
+        // A run that is shorter has one output, at its end.
+        output_interval: case.output_interval.min(case.end_time),
         record_interval: case.record_interval,
         gravity: case.gravity.unwrap_or_else(|| vec![0.0; dimension]),
         threads: case.threads as usize,

@@ -52,7 +52,6 @@ unsafe extern "C" {
 }
 
 #[cfg(all(target_arch = "x86_64", unix))]
-#[expect(clippy::too_many_arguments, reason = "they are what a call may have left in registers and stack")]
 unsafe extern "C" fn log(
     environment: *mut c_void,
     _instance: *const c_char,

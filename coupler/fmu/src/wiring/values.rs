@@ -71,7 +71,11 @@ impl Plan<'_> {
         direction: Direction,
         exchange: Exchange,
     ) -> Option<Sourced> {
-        let variable = self.description.variable(port)?.clone();
+        let Some(variable) = self.description.variable(port).cloned() else {
+            // The scalars of a unit that meniscus exported as FMI 2.0.
+            let names = self.pattern(&format!("point[{{point}}].{port}.{{axis}}"), components).ok()?;
+            return self.said(port, &Source::Names(names), components, direction, exchange);
+        };
         let key = self.key(&format!("variables.{port}"));
         // A variable that only happens to have the name is none of the interface's.
         let scalar_of_many = variable.dimensions.is_empty()

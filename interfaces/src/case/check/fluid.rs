@@ -27,7 +27,7 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
         }
     }
     for (i, wall) in fluid.wall.iter().enumerate() {
-        check_wall(&format!("fluid.wall.{i}"), wall, case.dimension, findings);
+        check_wall(&format!("fluid.wall.{i}"), wall, spacing, case.dimension, findings);
         if let Some(motion) = &wall.motion {
             check_motion(&format!("fluid.wall.{i}.motion"), motion, findings);
         }
@@ -38,7 +38,17 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     let gravity = case.gravity.as_deref().unwrap_or(&[]);
     let needs_speed =
         fluid.characteristic_speed.is_none() && is_own(&fluid.participant) && !fluid.region.is_empty();
-    if needs_speed && default_characteristic_speed(fluid, gravity) == 0.0 {
+    let speed = default_characteristic_speed(fluid, gravity);
+    let is_known = gravity.iter().all(|g| g.is_finite())
+        && fluid.region.iter().filter_map(region_shape).all(|shape| {
+            let bounds = shape.bounds();
+            bounds.low.iter().chain(&bounds.high).all(|x| x.is_finite())
+        });
+    if needs_speed && is_known && !speed.is_finite() {
+        let problem = format!("cannot be taken from gravity and the regions: it would be {speed} m/s");
+        findings.add("fluid.characteristic_speed", problem, "add it, or correct case.gravity");
+    }
+    if needs_speed && speed == 0.0 {
         findings.add(
             "fluid.characteristic_speed",
             "is missing, and there is neither gravity nor a velocity at the start to take it from",
@@ -72,12 +82,12 @@ fn check_region(key: &str, region: &Region, dimension: u32, findings: &mut Findi
     }
 }
 
-fn check_wall(key: &str, wall: &Wall, dimension: u32, findings: &mut Findings) {
+fn check_wall(key: &str, wall: &Wall, spacing: f64, dimension: u32, findings: &mut Findings) {
     match (&wall.bounds, &wall.polyline) {
         (Some(_), Some(_)) => findings.add(key, "has both box and polyline", "make two walls of it"),
         (None, None) => findings.add(key, "has no shape", "add box or polyline"),
         (Some(bounds), None) => {
-            check_box(&format!("{key}.box"), bounds, findings);
+            check_filled_box(&format!("{key}.box"), bounds, spacing, findings);
             if wall.solid_side.is_some() {
                 findings.add(format!("{key}.solid_side"), "is for polylines", "leave it out: a box is solid");
             }

@@ -8,6 +8,7 @@ mod fluid;
 mod overlaps;
 mod parts;
 mod records;
+mod sizes;
 mod structure;
 mod vectors;
 
@@ -39,17 +40,14 @@ pub(super) fn check(file: &mut CaseFile, solvers: &[Sections]) -> Vec<CaseError>
     }
     overlaps::check(file, &mut findings);
     records::check(file, &mut findings);
+    sizes::check(file, &mut findings);
     findings.errors
 }
 
 fn check_whole(file: &CaseFile, findings: &mut Findings) {
     let case = &file.case;
-    if case.output_interval > case.end_time {
-        findings.add(
-            "case.output_interval",
-            format!("is longer than the run of {} s", case.end_time),
-            "take at most case.end_time",
-        );
+    if case.title.chars().any(char::is_control) {
+        findings.add("case.title", "has control characters", "write one line of plain text");
     }
     if file.fluid.is_none() && file.structure.is_none() {
         findings.add("", "the case has neither [fluid] nor [structure]", "add at least one of them");

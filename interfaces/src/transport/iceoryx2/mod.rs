@@ -8,6 +8,7 @@
 mod node;
 mod presence;
 mod private;
+mod room;
 
 pub use node::remove_stale;
 
@@ -61,6 +62,8 @@ pub struct Ports<S: Service + 'static> {
     node: OwnNode<S>,
     /// The node on the other side, once it was seen.
     peer: Option<UniqueNodeId>,
+    /// Doubles of a message for which there is room in shared memory.
+    longest: usize,
 }
 
 /// The services of one direction.
@@ -76,6 +79,7 @@ impl<S: Service + 'static> Ports<S> {
         outgoing: Services<S>,
     ) -> Result<Self, ParticipantError> {
         // What receives comes first, so that whoever sees our sender can already be heard.
+        room::look(room::FIRST).map_err(no_room)?;
         let subscriber =
             incoming.messages.subscriber_builder().create().map_err(failed("creating a subscriber"))?;
         let listener = incoming.events.listener_builder().create().map_err(failed("creating a listener"))?;
@@ -89,6 +93,7 @@ impl<S: Service + 'static> Ports<S> {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(failed("creating a publisher"))?;
+        room::reserve(node.prefix()).map_err(no_room)?;
         Ok(Self {
             publisher,
             subscriber,
@@ -98,6 +103,7 @@ impl<S: Service + 'static> Ports<S> {
             incoming,
             node,
             peer: None,
+            longest: FIRST_LENGTH,
         })
     }
 
@@ -154,8 +160,15 @@ impl<S: Service + 'static> Link for Ports<S> {
         during: During<'_>,
     ) -> Result<bool, ParticipantError> {
         let failed = |what: String| ParticipantError::Transport { during: during(), what };
+        if payload.len() > self.longest {
+            room::look(room::of_messages(payload.len())).map_err(failed)?;
+        }
         let loaned = self.publisher.loan_slice_uninit(payload.len());
         let mut sample = loaned.map_err(|e| failed(format!("no memory: {e:?}")))?;
+        if payload.len() > self.longest {
+            room::reserve(self.node.prefix()).map_err(failed)?;
+            self.longest = payload.len();
+        }
         *sample.user_header_mut() = *header;
         payload.write(sample.payload_mut())?;
         // SAFETY: without an error every double of the payload has been written.
@@ -277,6 +290,10 @@ fn open_services<S: Service>(node: &Node<S>, name: &str) -> Result<Services<S>, 
         error => NotOpened::Never(format!("{error:?}")),
     })?;
     Ok(Services { messages, events })
+}
+
+fn no_room(what: String) -> ParticipantError {
+    ParticipantError::Transport { during: "opening a connection".to_owned(), what }
 }
 
 fn service_name(name: &str) -> Result<ServiceName, ParticipantError> {

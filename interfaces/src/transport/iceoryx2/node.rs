@@ -1,6 +1,7 @@
 //! A node of ours, and what is left of the dead.
 
 use super::presence::Presence;
+use super::room;
 use crate::ParticipantError;
 use crate::transport::Address;
 use iceoryx2::prelude::{
@@ -23,7 +24,7 @@ const CLEAN_UP: Duration = Duration::from_secs(1);
 pub(super) struct OwnNode<S: Service + 'static> {
     /// Nothing only while it is dropped, which has to come before the presence ends.
     node: Option<Node<S>>,
-    _presence: Presence,
+    presence: Presence,
 }
 
 impl<S: Service + 'static> OwnNode<S> {
@@ -31,6 +32,7 @@ impl<S: Service + 'static> OwnNode<S> {
         let failed = |what: String| ParticipantError::Transport { during: "opening a node".to_owned(), what };
         set_log_level_from_env_or(LogLevel::Fatal);
         let config = config(address).map_err(failed)?;
+        room::look(room::FIRST).map_err(failed)?;
         let place = address.root();
         let presence = Presence::enter(address).map_err(|e| failed(format!("{e} ({place})")))?;
         let (send, made) = mpsc::channel();
@@ -48,7 +50,12 @@ impl<S: Service + 'static> OwnNode<S> {
         })?;
         let node = node.map_err(|e| failed(format!("{e:?} ({place})")))?;
         presence.keep_private().map_err(|e| failed(format!("{e} ({place})")))?;
-        Ok(Self { node: Some(node), _presence: presence })
+        Ok(Self { node: Some(node), presence })
+    }
+
+    /// What the names of the domain's segments begin with.
+    pub(super) fn prefix(&self) -> &str {
+        self.presence.prefix()
     }
 
     /// Removes what dead nodes left, waiting for others who do the same.

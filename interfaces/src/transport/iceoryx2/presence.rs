@@ -53,6 +53,11 @@ impl Presence {
         close_counter(&self.prefix)
     }
 
+    /// What the names of the domain's segments begin with.
+    pub(super) fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
     /// What may keep a node from being made.
     pub(super) fn empty_segments(&self) -> Vec<String> {
         empty_segments(&self.prefix)

@@ -152,7 +152,7 @@ pub(super) fn remove_segments(prefix: &str) {
     }
 }
 
-fn segments(prefix: &str) -> impl Iterator<Item = (PathBuf, Metadata)> {
+pub(super) fn segments(prefix: &str) -> impl Iterator<Item = (PathBuf, Metadata)> {
     let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
     let of_domain = entries.filter(move |e| e.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()));
     of_domain.filter_map(|entry| Some((entry.path(), entry.metadata().ok()?)))
