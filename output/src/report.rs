@@ -51,14 +51,24 @@ use std::path::{Path, PathBuf};
 /// Rows of a table at most that are held in memory for a report, about 40 MB of `windows.csv`.
 const ROWS: usize = 1 << 17;
 
+/// A report that was written.
+#[derive(Debug)]
+pub struct Report {
+    /// Its page.
+    pub page: PathBuf,
+    /// What was not as it should be: parts that could not be read, references of no probe. The page has them,
+    /// too.
+    pub notes: Vec<String>,
+}
+
 /// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png`, `dir/frames/structure.png` and
-/// `dir/frames/displacement.png` from what a run left in `dir`, and returns the report's path. Works on
+/// `dir/frames/displacement.png` from what a run left in `dir`. Works on
 /// finished, killed and still running runs.
 ///
 /// # Errors
 /// [`Error::NoRun`] if nothing of a run is there, [`Error::Write`] if the report cannot be written. Files
-/// that cannot be read are no error: the page names them.
-pub fn write_report(dir: &Path) -> Result<PathBuf> {
+/// that cannot be read are no error: the notes name them.
+pub fn write_report(dir: &Path) -> Result<Report> {
     const PARTS: [&str; 5] = ["summary.json", "windows.csv", "probes.csv", "fluid.pvd", "structure.pvd"];
     if !PARTS.iter().any(|name| dir.join(name).exists()) {
         return Err(Error::NoRun { path: dir.to_owned() });
@@ -104,7 +114,7 @@ pub fn write_report(dir: &Path) -> Result<PathBuf> {
     };
     let path = dir.join("report.html");
     atomic::write_file(&path, page::html(&page).as_bytes())?;
-    Ok(path)
+    Ok(Report { page: path, notes: page.notes })
 }
 
 /// A table for curves, of which a page has no use for more rows.

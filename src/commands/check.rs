@@ -30,7 +30,7 @@ pub fn check(arguments: &Check) -> ExitCode {
         match preview(&case, role, start) {
             Ok(lines) => {
                 for (what, value) in lines {
-                    say(format_args!("{role:<10} {what:<24} {value}"));
+                    say(format_args!("{:<10} {what:<24} {value}", role.to_string()));
                 }
             }
             Err(error) => mistakes.push(error),

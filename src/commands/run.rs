@@ -51,7 +51,10 @@ pub fn run(arguments: &Run) -> ExitCode {
     // Before the first window there is nothing to report on.
     if !arguments.no_report && summary.windows > 0 {
         match output::report::write_report(&out) {
-            Ok(page) => say(format_args!("report      {}", page.display())),
+            Ok(report) => {
+                say(format_args!("report      {}", report.page.display()));
+                report.notes.iter().for_each(|note| super::tell(format_args!("warning: {note}")));
+            }
             // A run that failed keeps its own exit code.
             Err(error) if summary.status == Status::Completed => return failed(error),
             Err(error) => super::tell(format_args!("warning: {error}")),

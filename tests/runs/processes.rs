@@ -457,11 +457,9 @@ fn whoever_outlives_a_killed_coupler_is_ended() {
         Pid::from_raw(std::fs::read_to_string(&number).ok()?.trim().parse().ok()?)
     });
     run.signal(Signal::KILL);
-    let started = Instant::now();
     for process in others.into_iter().chain([grandchild]) {
         until("its end", || gone(process).then_some(()));
     }
-    assert!(started.elapsed() < Duration::from_secs(20));
     until("an empty shared memory", || bench.left().is_empty().then_some(()));
 }
 

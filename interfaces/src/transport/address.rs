@@ -13,8 +13,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 const DOMAIN: &str = "meniscus";
 /// The variable of the environment that names the domain's folder.
 pub const FOLDER: &str = "MENISCUS_FOLDER";
-/// Longest path of a place for folders (bytes): what iceoryx2 adds has room behind it.
-const LONGEST_PLACE: usize = 100;
+/// Longest path (bytes) that a domain's folder and a name that begins with the folder's may have together:
+/// the sockets of iceoryx2 stand there, and their paths have 107 bytes at most.
+const LONGEST: usize = 68;
 
 /// Where a participant finds its coupler. A process is given it on its command line, as [`Address::connect`]
 /// writes it.
@@ -80,15 +81,17 @@ impl Address {
         {
             return folder;
         }
-        match std::env::var("XDG_RUNTIME_DIR") {
-            Ok(place) if is_fit(Path::new(&place)) => {
-                let place = place.trim_end_matches('/');
-                let digest: String =
-                    Sha256::digest(place).iter().take(4).map(|b| format!("{b:02x}")).collect();
-                format!("{place}/{own}-{digest}")
+        if let Ok(place) = std::env::var("XDG_RUNTIME_DIR")
+            && is_fit(Path::new(&place))
+        {
+            let place = place.trim_end_matches('/');
+            let digest: String = Sha256::digest(place).iter().take(4).map(|b| format!("{b:02x}")).collect();
+            let own = format!("{own}-{digest}");
+            if place.len() + 2 * own.len() <= LONGEST {
+                return format!("{place}/{own}");
             }
-            _ => format!("/tmp/{own}"),
         }
+        format!("/tmp/{own}")
     }
 
     /// The prefix of the domain's entries in shared memory, and of its files under [`Address::root`], of
@@ -121,7 +124,6 @@ impl Address {
 /// else can write. (`su` leaves that of another user in the environment.)
 fn is_fit(place: &Path) -> bool {
     place.is_absolute()
-        && place.as_os_str().len() <= LONGEST_PLACE
         && fs::metadata(place).is_ok_and(|there| {
             let own = there.uid() == rustix::process::geteuid().as_raw();
             own && there.is_dir() && there.mode() & 0o022 == 0
