@@ -156,8 +156,8 @@ fn a_case(random: &mut Random) {
         .fluid
         .iter()
         .flat_map(|fluid| &fluid.regions)
-        .map(|region| {
-            let bounds = region.shape.bounds();
+        .filter_map(interfaces::case::region::Region::shape)
+        .map(|bounds| {
             let spacing = case.fluid.as_ref().map_or(1.0, |fluid| fluid.particle_spacing);
             bounds.extent().into_iter().map(|side| side / spacing).product::<f64>()
         })
@@ -180,13 +180,12 @@ fn too_large(case: &Case) -> bool {
     let cells =
         |sides: Vec<f64>| sides.into_iter().map(|side| side / structure.particle_spacing).product::<f64>();
     structure.bodies.iter().map(|body| cells(body.bounds.extent())).sum::<f64>() > 5e3
-        || case.fluid.iter().flat_map(|fluid| &fluid.walls).any(|wall| match &wall.shape {
-            interfaces::case::resolved::WallShape::Box { bounds } => {
-                bounds.extent().into_iter().map(|side| side / structure.particle_spacing).product::<f64>()
-                    > 1e5
-            }
-            interfaces::case::resolved::WallShape::Polyline { .. } => false,
-        })
+        || case
+            .fluid
+            .iter()
+            .flat_map(|fluid| &fluid.walls)
+            .filter_map(|wall| wall.bounds.as_ref())
+            .any(|bounds| cells(bounds.extent()) > 1e5)
 }
 
 /// The first windows of a run in this process, for half a second.

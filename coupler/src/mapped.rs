@@ -9,18 +9,17 @@
 //! acceleration, records.
 
 pub mod fluid;
+mod shell;
 mod weights;
 
 use crate::mapping::{Method, POINTS_PER_CLUSTER, Settings};
-use crate::phase::{Announce, Phase};
+use crate::phase::Announce;
 use interfaces::case::Case;
 use interfaces::case::coupling::{self, MappingMethod};
 use interfaces::port::names;
-use interfaces::{
-    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, TimeWindow,
-    WindowReport,
-};
-use weights::{Weights, initialised};
+use interfaces::{Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Result};
+use shell::{Shell, Side, failed};
+use weights::Weights;
 
 /// Particles that fill the bodies of a case.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,20 +56,13 @@ impl Filling {
 }
 
 /// A structure behind a mapping.
-pub struct Mapped<P> {
-    inner: P,
-    description: Description,
+pub type Mapped<P> = Shell<P, Structure>;
+
+/// The structure's side of a mapping, from its points to the particles in its bodies.
+pub struct Structure {
     choice: coupling::Mapping,
     filling: Filling,
-    announce: Announce,
-    threads: usize,
-    /// The structure's own fields.
-    inputs: Fields,
-    outputs: Fields,
-    /// From the structure's points to the particles; made at initialisation.
-    weights: Option<Weights>,
-    /// Whether the next window starts with weights that are made anew.
-    stale: bool,
+    dimension: usize,
     /// Forces on the particles (N).
     forces: Vec<f64>,
 }
@@ -85,12 +77,7 @@ impl<P: Participant> Mapped<P> {
     /// # Errors
     /// Where the structure lacks what it needs for that: positions of its own number of points, and a port
     /// for the force.
-    pub fn new(
-        inner: P,
-        choice: coupling::Mapping,
-        filling: Filling,
-        announce: Announce,
-    ) -> Result<Self, ParticipantError> {
+    pub fn new(inner: P, choice: coupling::Mapping, filling: Filling, announce: Announce) -> Result<Self> {
         let own = inner.describe();
         let port = |name, direction| own.ports.iter().find(|p| p.name == name && p.direction == direction);
         let missing = |what: &str| {
@@ -122,33 +109,19 @@ impl<P: Participant> Mapped<P> {
             ports.push(of(names::START_PRESSURE_GRADIENT, Quantity::PressureGradient, Direction::In));
         }
         let description = Description { ports, solver: format!("{}, mapped", own.solver), ..own.clone() };
-        Ok(Self {
-            inner,
-            description,
-            choice,
-            filling,
-            announce,
-            threads: 1,
-            inputs: Fields::default(),
-            outputs: Fields::default(),
-            weights: None,
-            stale: false,
-            forces: Vec::new(),
-        })
+        let side = Structure { choice, filling, dimension: d, forces: Vec::new() };
+        Ok(Self::around(inner, description, side, announce))
     }
+}
 
-    /// Lets the weights be made with so many threads.
-    pub fn use_threads(&mut self, threads: usize) {
-        self.threads = threads;
-    }
-
-    fn method(&self) -> Result<Method, ParticipantError> {
+impl Structure {
+    fn method(&self, own: &Fields) -> Result<Method> {
         Ok(match self.choice.method {
             MappingMethod::NearestNeighbour => Method::NearestNeighbour,
             MappingMethod::NearestNeighbourGradient => Method::NearestNeighbourGradient,
             MappingMethod::RadialBasis => Method::RadialBasis { points_per_cluster: POINTS_PER_CLUSTER },
             MappingMethod::NearestProjection => {
-                let facets = self.outputs.get(names::FACETS).ok_or_else(|| {
+                let facets = own.get(names::FACETS).ok_or_else(|| {
                     ParticipantError::failed(
                         "coupling.mapping.method = \"nearest-projection\" needs the structure's `facets`, which it does not give; take \"radial-basis\"",
                     )
@@ -165,129 +138,74 @@ impl<P: Participant> Mapped<P> {
             }
         })
     }
+}
+
+impl Side for Structure {
+    const BETWEEN: &'static str = "the structure's points and those in its bodies";
+
+    fn rebuilds(&self) -> bool {
+        self.choice.rebuild
+    }
+
+    fn settings(&self, dimension: usize, own: &Fields) -> Result<Settings> {
+        Ok(Settings { dimension, reach: self.choice.reach, method: self.method(own)? })
+    }
+
+    fn points(&mut self, given: &Fields, own: &Fields) -> Result<[Vec<f64>; 2]> {
+        Ok([Self::sources(given, own).to_vec(), self.filling.positions.clone()])
+    }
+
+    fn sources<'f>(_given: &'f Fields, own: &'f Fields) -> &'f [f64] {
+        own.get(names::POSITION).unwrap_or(&[])
+    }
 
     /// The structure's loads from those on the particles.
-    fn take_loads(&mut self, given: &Fields) -> Result<(), ParticipantError> {
-        let Self { inputs, outputs, filling, weights, forces, description, .. } = self;
-        let (mapping, d) = (initialised(weights).mapping(), description.dimension);
+    fn take(
+        &mut self,
+        weights: &mut Weights,
+        given: &Fields,
+        own: &Fields,
+        taken: &mut Fields,
+    ) -> Result<()> {
+        let Self { filling, forces, dimension: d, .. } = self;
         for (name, force_name) in LOADS {
             let Some(load) = given.get(name) else { continue };
-            if let Some(force) = inputs.get_mut(force_name) {
+            if let Some(force) = taken.get_mut(force_name) {
                 forces.resize(load.len(), 0.0);
-                let each = forces.chunks_exact_mut(d).zip(load.chunks_exact(d)).zip(&filling.volumes);
+                let each = forces.chunks_exact_mut(*d).zip(load.chunks_exact(*d)).zip(&filling.volumes);
                 for ((force, gradient), volume) in each {
                     for (f, g) in force.iter_mut().zip(gradient) {
                         *f = -volume * g;
                     }
                 }
-                mapping.conservative(d, forces, force);
-            } else if let Some(gradient) = inputs.get_mut(name) {
-                let volumes = outputs.get(names::REFERENCE_VOLUME).unwrap_or(&[]);
-                mapping
-                    .conservative_per_volume(d, &filling.volumes, load, volumes, gradient)
-                    .map_err(failed)?;
+                weights.mapping().conservative(*d, forces, force);
+            } else if let Some(gradient) = taken.get_mut(name) {
+                let volumes = own.get(names::REFERENCE_VOLUME).unwrap_or(&[]);
+                weights
+                    .mapping()
+                    .conservative_per_volume(*d, &filling.volumes, load, volumes, gradient)
+                    .map_err(failed::<Self>)?;
             }
         }
         Ok(())
     }
 
     /// The particles' motion from that of the structure.
-    fn give_motion(&mut self, given: &mut Fields) {
-        let Self { outputs, weights, description, .. } = self;
-        let weights = initialised(weights);
-        if let (Some(own), Some(field)) = (outputs.get(names::POSITION), given.get_mut(names::POSITION)) {
+    fn give(&self, weights: &mut Weights, own: &Fields, given: &mut Fields) {
+        if let (Some(own), Some(field)) = (own.get(names::POSITION), given.get_mut(names::POSITION)) {
             weights.position(own, field);
         }
-        if let (Some(own), Some(field)) = (outputs.get(names::VELOCITY), given.get_mut(names::VELOCITY)) {
-            weights.mapping().consistent(description.dimension, own, field);
+        if let (Some(own), Some(field)) = (own.get(names::VELOCITY), given.get_mut(names::VELOCITY)) {
+            weights.mapping().consistent(self.dimension, own, field);
         }
     }
-}
 
-fn failed(error: impl std::fmt::Display) -> ParticipantError {
-    ParticipantError::failed(format!(
-        "failed to map between the structure's points and those in its bodies: {error}"
-    ))
-}
-
-impl<P: Participant> Participant for Mapped<P> {
-    fn describe(&self) -> &Description {
-        &self.description
-    }
-
-    fn initialize(
-        &mut self,
-        start: f64,
-        _inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
-        self.inputs = self.inner.describe().fields(Direction::In, 0);
-        self.outputs = self.inner.describe().fields(Direction::Out, 0);
-        let ready = self.inner.initialize(start, &self.inputs, &mut self.outputs)?;
-        let settings = Settings {
-            dimension: self.description.dimension,
-            reach: self.choice.reach,
-            method: self.method()?,
-        };
-        let own = self.outputs.get(names::POSITION).unwrap_or(&[]).to_vec();
-        let announce = self.announce.clone();
-        announce.during(Phase::Mapping, || {
-            let made_at = [own, self.filling.positions.clone()];
-            self.weights = Some(Weights::build(settings, made_at, self.threads).map_err(failed)?);
-            self.give_motion(outputs);
-            Ok::<_, ParticipantError>(())
-        })?;
-        if let Some(field) = outputs.get_mut(names::REFERENCE_VOLUME) {
+    fn constants(&self, given: &mut Fields) {
+        if let Some(field) = given.get_mut(names::REFERENCE_VOLUME) {
             field.copy_from_slice(&self.filling.volumes);
         }
-        if let Some(field) = outputs.get_mut(names::DENSITY) {
+        if let Some(field) = given.get_mut(names::DENSITY) {
             field.fill(self.filling.density);
         }
-        Ok(ready)
-    }
-
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
-        let announce = self.announce.clone();
-        announce.during(Phase::Mapping, || {
-            if std::mem::take(&mut self.stale) {
-                let own = self.outputs.get(names::POSITION).unwrap_or(&[]);
-                initialised(&mut self.weights).follow(own).map_err(failed)?;
-            }
-            self.take_loads(inputs)
-        })?;
-        self.inner.start(window, &self.inputs)
-    }
-
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
-        let report = self.inner.finish(&mut self.outputs)?;
-        let announce = self.announce.clone();
-        announce.during(Phase::Mapping, || self.give_motion(outputs));
-        Ok(report)
-    }
-
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
-        self.stale = self.choice.rebuild;
-        self.inner.accept(snapshot)
-    }
-
-    /// The structure's state, and where the weights were made.
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
-        let own = self.inner.save()?;
-        Ok(initialised(&mut self.weights).save(&own))
-    }
-
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
-        let announce = self.announce.clone();
-        let weights = initialised(&mut self.weights);
-        let own = announce.during(Phase::Mapping, || weights.restore(state)).map_err(failed)?;
-        let ready = self.inner.restore(own, &mut self.outputs)?;
-        announce.during(Phase::Mapping, || self.give_motion(outputs));
-        // Of a state before the first window, weights made anew are the same.
-        self.stale = self.choice.rebuild;
-        Ok(ready)
-    }
-
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
-        self.inner.terminate()
     }
 }

@@ -18,7 +18,8 @@ use crate::side::Side;
 use crate::timing::Timing;
 use crate::trace::{TRACE, Trace};
 use interfaces::case::Case;
-use interfaces::case::resolved::{Probe, Start};
+use interfaces::case::participant::Start;
+use interfaces::case::probe::Probe;
 use interfaces::{Role, Scalar, SubSteps, pairing};
 use output::summary::{RoleUse, Status, Summary};
 use participants::Participants;
@@ -287,7 +288,7 @@ fn fit(structure: &Side, fluid: &Side) -> Result<(), SchemeError> {
 /// Refuses, before anything is touched, to call a participant in this process that is no solver of ours.
 fn callable(case: &Case, options: &Options) -> Result<(), RunError> {
     let mut roles = [Role::Structure, Role::Fluid].into_iter();
-    let foreign = roles.find(|role| case.start(*role).is_some_and(|start| *start != Start::Own));
+    let foreign = roles.find(|role| case.start(*role).is_some_and(|start| start != Start::Own));
     match foreign {
         Some(role) if options.in_process => Err(RunError::NotInProcess { role }),
         _ => Ok(()),

@@ -1,8 +1,8 @@
 //! One side of a coupling: a participant with the fields it takes and gives.
 
 use interfaces::{
-    Description, Direction, END_REQUESTED, Exchange, Fields, Participant, ParticipantError, Readiness, Role,
-    Scalar, ScalarKind, TimeWindow, WindowReport,
+    Description, Direction, END_REQUESTED, Exchange, Fields, Participant, ParticipantError, Readiness,
+    Result, Role, Scalar, ScalarKind, TimeWindow, WindowReport,
 };
 use thiserror::Error;
 use words::bytes::{self, Reader, Writer};
@@ -155,7 +155,7 @@ impl Side {
         restored.map_err(|e| self.failed("while going to a saved state".to_owned(), e))
     }
 
-    fn restore_from(&mut self, state: &mut Reader<'_>) -> Result<(), ParticipantError> {
+    fn restore_from(&mut self, state: &mut Reader<'_>) -> Result<()> {
         let unread = |error: bytes::Error| ParticipantError::failed(error.to_string());
         let saved = state.bytes("participant's state").map_err(unread)?;
         self.sub_steps = state.u64("sub-steps").map_err(unread)?;
@@ -179,7 +179,7 @@ impl Side {
             .expect("lengths were compared at initialisation");
     }
 
-    fn take(&mut self, window_limit: f64, scalars: Vec<f64>) -> Result<(), ParticipantError> {
+    fn take(&mut self, window_limit: f64, scalars: Vec<f64>) -> Result<()> {
         let expected = self.describe().scalars.len();
         if scalars.len() != expected {
             let found = scalars.len();

@@ -7,9 +7,7 @@
 
 use crate::phase::{Announce, Phase};
 use crate::trace::{Trace, Track};
-use interfaces::{
-    Description, Fields, Participant, ParticipantError, Readiness, Role, TimeWindow, WindowReport,
-};
+use interfaces::{Description, Fields, Participant, Readiness, Result, Role, TimeWindow, WindowReport};
 use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Instant;
@@ -121,17 +119,12 @@ impl<P: Participant> Participant for Timed<P> {
         self.inner.describe()
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         let Self { inner, announce, .. } = self;
         announce.during(Phase::Waiting, || inner.initialize(start, inputs, outputs))
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         let called = self.timing.now();
         let Self { inner, announce, .. } = self;
         announce.during(Phase::Sending, || inner.start(window, inputs))?;
@@ -139,29 +132,29 @@ impl<P: Participant> Participant for Timed<P> {
         Ok(())
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         let Self { inner, announce, .. } = self;
         let report = announce.during(Phase::Waiting, || inner.finish(outputs))?;
         self.computed(&report);
         Ok(report)
     }
 
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         let Self { inner, announce, .. } = self;
         announce.during(Phase::Sending, || inner.accept(snapshot))
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         let Self { inner, announce, .. } = self;
         announce.during(Phase::Waiting, || inner.save())
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let Self { inner, announce, .. } = self;
         announce.during(Phase::Waiting, || inner.restore(state, outputs))
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         let Self { inner, announce, .. } = self;
         announce.during(Phase::Waiting, || inner.terminate())
     }

@@ -70,8 +70,8 @@ fn measure(criterion: &mut Criterion) {
             let operator = PressureOperator {
                 pair: AdjointPair { neighbourhood: &neighbourhood, along: &along, own: &own },
                 inverse_density: 1e-3,
-                compliance: &[],
-                laplacian_share: 0.1,
+                yielding: None,
+                pressure_stabilization: 0.1,
                 wide_share: 1.0,
                 extra_diagonal: &extra,
                 free: &free,

@@ -27,7 +27,7 @@ pub trait Fluid<const D: usize>: Sized {
         properties: FluidProperties<D>,
         options: Self::Options,
         walls: Walls<D>,
-        interface: InterfaceParticles,
+        interface: InterfaceParticles<D>,
         initial: &State<D, Self::Memory>,
     ) -> Result<Self, Error>;
 

@@ -18,11 +18,11 @@ use crate::method::Fluid;
 use crate::particles::state::State;
 use crate::probes;
 use interfaces::case::Case;
-use interfaces::case::resolved::{Probe, ProbeTarget};
+use interfaces::case::probe::{Probe, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
-    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar,
-    ScalarKind, TimeWindow, WindowReport,
+    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Result, Role,
+    Scalar, ScalarKind, TimeWindow, WindowReport,
 };
 use ledger::Ledger;
 pub use section::SECTIONS;
@@ -36,7 +36,7 @@ use words::probe::ProbeQuantity;
 ///
 /// # Errors
 /// A setting that cannot be used; a folder that cannot be written.
-pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>, ParticipantError> {
+pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>> {
     Ok(match case.general.dimension {
         2 => Box::new(FluidParticipant::new(isph::<2>(case)?, case, out)?),
         _ => Box::new(FluidParticipant::new(isph::<3>(case)?, case, out)?),
@@ -47,7 +47,7 @@ pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>, Partic
 ///
 /// # Errors
 /// A setting that cannot be used.
-pub fn preview(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
+pub fn preview(case: &Case) -> Result<Vec<(String, String)>> {
     match case.general.dimension {
         2 => preview_in::<2>(case),
         _ => preview_in::<3>(case),
@@ -59,7 +59,7 @@ pub fn preview(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
 const BYTES_OF_PROCESS: f64 = 16e6;
 const BYTES_A_PARTICLE: f64 = 1.3e3;
 
-fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
+fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>> {
     let (fluid, state, max_time_step) = isph::<D>(case)?;
     let (particles, walls) = (state.len(), fluid.walls().positions.len());
     let step = fluid.stable_step(&state, 0.0, &[]).min(max_time_step);
@@ -105,7 +105,7 @@ fn windows<const D: usize>(
 /// that the case allows.
 type Made<const D: usize> = (Isph<D>, State<D, Memory<D>>, f64);
 
-fn isph<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantError> {
+fn isph<const D: usize>(case: &Case) -> Result<Made<D>> {
     let setup::Made { properties, options, walls, state, max_time_step } = setup::from_case::<D>(case)?;
     let fluid = Isph::new(properties, options, walls, InterfaceParticles::default(), &state);
     Ok((fluid.map_err(failed)?, state, max_time_step))
@@ -146,7 +146,7 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
         (fluid, initial, max_time_step): (F, State<D, F::Memory>, f64),
         case: &Case,
         out: &Path,
-    ) -> Result<Self, ParticipantError> {
+    ) -> Result<Self> {
         let probes: Vec<Probe> = case.probes.iter().filter(|p| !p.is_on_structure()).cloned().collect();
         Ok(Self {
             description: describe::<D>(F::METHOD, &probes),
@@ -198,7 +198,7 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
             return scalars;
         }
         let at_points = |probe: &Probe| {
-            let point = matches!(probe.target, ProbeTarget::FluidPoint(_) | ProbeTarget::WallPoint { .. });
+            let point = matches!(probe.target(), ProbeTarget::FluidPoint(_) | ProbeTarget::WallPoint { .. });
             point && probe.quantity != ProbeQuantity::HydrostaticError
         };
         let at = self
@@ -206,9 +206,10 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
             .iter()
             .any(at_points)
             .then(|| probes::Probe::new(state, self.fluid.smoothing_length()));
-        for Probe { target, quantity, .. } in &self.probes {
-            match target {
-                ProbeTarget::FluidPoint(level) if *quantity == ProbeQuantity::HydrostaticError => {
+        for probe in &self.probes {
+            let quantity = probe.quantity;
+            match probe.target() {
+                ProbeTarget::FluidPoint(level) if quantity == ProbeQuantity::HydrostaticError => {
                     let level = Vector::from_column_slice(level);
                     scalars.extend(state.hydrostatic_error(self.fluid.properties(), &level));
                 }
@@ -222,7 +223,7 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
                 }
                 ProbeTarget::FluidBox(bounds) => {
                     let properties = self.fluid.properties();
-                    let corners = bounds.as_ref().map_or(properties.domain, setup::corners);
+                    let corners = bounds.map_or(properties.domain, setup::corners);
                     let body = state.body_in(properties.spacing, corners);
                     match quantity {
                         ProbeQuantity::Extent => {
@@ -269,15 +270,12 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         &self.description
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         // There is no pressure before the first window is solved.
         outputs.iter_mut().for_each(|(_, values)| values.fill(0.0));
+        self.take_motion(inputs);
         let interface = InterfaceParticles {
+            positions: self.positions.clone(),
             volumes: inputs.get(names::REFERENCE_VOLUME).unwrap_or_default().to_vec(),
             densities: inputs.get(names::DENSITY).unwrap_or_default().to_vec(),
         };
@@ -287,9 +285,8 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         *fluid = F::new(properties.clone(), options.clone(), walls.clone(), interface, accepted)
             .map_err(failed)?;
         *fluid.output_mut() = InterfaceOutput::at_rest(points);
-        self.take_motion(inputs);
         self.accepted_ledger = Ledger::at_start(self.fluid.properties(), &self.accepted);
-        self.shown_walls.move_to(start, 1.0);
+        self.shown_walls.move_to(start, (1.0, 0.0));
         self.snapshots.write_walls(start, &self.shown_walls)?;
         self.snapshots.write(start, &self.accepted)?;
         let scalars = self.scalars(&self.accepted, &self.accepted_ledger);
@@ -297,7 +294,7 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         Ok(self.ready.clone())
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         let started = Instant::now();
         self.take_motion(inputs);
         let structure = InterfaceInput {
@@ -331,12 +328,12 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         Ok(())
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         self.give_load(outputs);
         Ok(self.report.take().expect("the table of legal calls puts a start before every finish"))
     }
 
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         if let Some(lost) = self.lost.take() {
             return Err(failed(lost));
         }
@@ -345,19 +342,19 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         if snapshot.is_some() {
             self.snapshots.write(self.end_of_trial, &self.accepted)?;
             if self.shown_walls.moves() {
-                self.shown_walls.move_to(self.end_of_trial, 1.0);
+                self.shown_walls.move_to(self.end_of_trial, (1.0, 0.0));
                 self.snapshots.write_walls(self.end_of_trial, &self.shown_walls)?;
             }
         }
         Ok(())
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         let own = F::save(&self.accepted);
         Ok(saved::to_bytes(&self.ready, self.fluid.output(), &self.accepted_ledger, &own))
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let (ready, output, ledger, own) = saved::from_bytes(state, self.fluid.output()).map_err(failed)?;
         self.accepted = F::restore(own).map_err(failed)?;
         self.accepted_ledger = ledger;
@@ -367,7 +364,7 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         Ok(ready)
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         Ok(())
     }
 }
@@ -418,7 +415,7 @@ mod tests {
         let out = std::env::temp_dir().join(format!("failed-solve-{}", std::process::id()));
         let made = isph::<2>(&case).expect("the fluid can be made");
         let mut participant = FluidParticipant::new(made, &case, &out).expect("the folder can be written");
-        participant.fluid.options.iteration_limit = 0;
+        participant.fluid.options.pressure_iterations_limit = 0;
         let size = participant.window_limit(&participant.accepted, 0.0);
         let error = participant
             .fluid

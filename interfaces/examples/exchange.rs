@@ -8,8 +8,8 @@
 //! count.
 
 use interfaces::{
-    Address, Deadlines, Description, Direction, Expectations, Fields, Guarded, Participant, ParticipantError,
-    Port, Quantity, Readiness, RemoteParticipant, Role, SubSteps, TimeWindow, WindowReport, new_run, serve,
+    Address, Deadlines, Description, Direction, Expectations, Fields, Guarded, Participant, Port, Quantity,
+    Readiness, RemoteParticipant, Result, Role, SubSteps, TimeWindow, WindowReport, new_run, serve,
 };
 use std::error::Error;
 use std::hint::black_box;
@@ -46,25 +46,25 @@ impl Participant for Idle {
     fn describe(&self) -> &Description {
         &self.0
     }
-    fn initialize(&mut self, _: f64, _: &Fields, _: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, _: f64, _: &Fields, _: &mut Fields) -> Result<Readiness> {
         Ok(Readiness { window_limit: f64::INFINITY, scalars: vec![] })
     }
-    fn start(&mut self, _: &TimeWindow, _: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, _: &TimeWindow, _: &Fields) -> Result<()> {
         Ok(())
     }
-    fn finish(&mut self, _: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, _: &mut Fields) -> Result<WindowReport> {
         Ok(WindowReport { sub_steps: 1, window_limit: f64::INFINITY, compute_seconds: 0.0, scalars: vec![] })
     }
-    fn accept(&mut self, _: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, _: Option<u64>) -> Result<()> {
         Ok(())
     }
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         Ok(vec![])
     }
-    fn restore(&mut self, _: &[u8], _: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, _: &[u8], _: &mut Fields) -> Result<Readiness> {
         Ok(Readiness { window_limit: f64::INFINITY, scalars: vec![] })
     }
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         Ok(())
     }
 }

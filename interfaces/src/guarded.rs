@@ -1,7 +1,9 @@
 //! Participants behind the table of legal calls.
 
 use crate::lifecycle::{Call, IllegalCall, LEGAL, State};
-use crate::{Description, Fields, Participant, ParticipantError, Readiness, TimeWindow, WindowReport};
+use crate::{
+    Description, Fields, Participant, ParticipantError, Readiness, Result, TimeWindow, WindowReport,
+};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use words::bytes::{self, Reader, Writer};
@@ -44,7 +46,7 @@ impl Lifecycle {
 
     /// Whether this window may be started now: the call is legal, the number is the next one, the iteration
     /// newer than the last, the size positive.
-    pub fn check_window(&self, window: &TimeWindow) -> Result<(), ParticipantError> {
+    pub fn check_window(&self, window: &TimeWindow) -> Result<()> {
         self.check(Call::Start)?;
         let wrong = |what: String| Err(ParticipantError::WrongWindow { window: window.index, what });
         if window.index != self.accepted {
@@ -106,12 +108,7 @@ impl<P: Participant> Guarded<P> {
         self.life.state()
     }
 
-    fn made<T>(
-        &mut self,
-        call: Call,
-        window: Option<&TimeWindow>,
-        result: Result<T, ParticipantError>,
-    ) -> Result<T, ParticipantError> {
+    fn made<T>(&mut self, call: Call, window: Option<&TimeWindow>, result: Result<T>) -> Result<T> {
         match &result {
             Ok(_) => self.life.done(call, window),
             Err(_) => self.life.failed(),
@@ -125,12 +122,7 @@ impl<P: Participant> Participant for Guarded<P> {
         self.inner.describe()
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         self.life.check(Call::Initialize)?;
         inputs.check_finite()?;
         let result = caught(|| self.inner.initialize(start, inputs, outputs));
@@ -138,7 +130,7 @@ impl<P: Participant> Participant for Guarded<P> {
         self.made(Call::Initialize, None, result)
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         self.life.check_window(window)?;
         let refuses = self.inner.refuses_not_finite();
         if !refuses {
@@ -151,7 +143,7 @@ impl<P: Participant> Participant for Guarded<P> {
         self.made(Call::Start, Some(window), result)
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         self.life.check(Call::Finish)?;
         let result = caught(|| self.inner.finish(outputs));
         let result = match result {
@@ -163,13 +155,13 @@ impl<P: Participant> Participant for Guarded<P> {
         self.made(Call::Finish, None, result)
     }
 
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         self.life.check(Call::Accept)?;
         let result = caught(|| self.inner.accept(snapshot));
         self.made(Call::Accept, None, result)
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         self.life.check(Call::Save)?;
         let result = caught(|| self.inner.save());
         let own = self.made(Call::Save, None, result)?;
@@ -179,7 +171,7 @@ impl<P: Participant> Participant for Guarded<P> {
         Ok(state.finish())
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         self.life.check(Call::Restore)?;
         let result = read(state).and_then(|(accepted, own)| {
             let ready = caught(|| self.inner.restore(own, outputs))?;
@@ -193,7 +185,7 @@ impl<P: Participant> Participant for Guarded<P> {
         result.map(|(_, ready)| ready)
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         self.life.check(Call::Terminate)?;
         let result = caught(|| self.inner.terminate());
         self.made(Call::Terminate, None, result)
@@ -201,7 +193,7 @@ impl<P: Participant> Participant for Guarded<P> {
 }
 
 /// Windows accepted, and the participant's own state.
-fn read(state: &[u8]) -> Result<(u64, &[u8]), ParticipantError> {
+fn read(state: &[u8]) -> Result<(u64, &[u8])> {
     let read = || {
         let mut state = Reader::new("participant's state", MAGIC, state)?;
         let parts = (state.u64("accepted windows")?, state.bytes("own state")?);
@@ -211,7 +203,7 @@ fn read(state: &[u8]) -> Result<(u64, &[u8]), ParticipantError> {
 }
 
 /// Makes a panic of the participant an error with its text.
-pub fn caught<T>(call: impl FnOnce() -> Result<T, ParticipantError>) -> Result<T, ParticipantError> {
+pub fn caught<T>(call: impl FnOnce() -> Result<T>) -> Result<T> {
     catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| Err(ParticipantError::Failed(told(&*panic))))
 }
 

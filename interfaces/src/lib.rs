@@ -33,7 +33,7 @@ pub use fields::{FieldError, Fields};
 pub use guarded::{Guarded, Lifecycle};
 pub use lifecycle::{Call, IllegalCall, State};
 pub use participant::{
-    Description, END_REQUESTED, Participant, ParticipantError, Readiness, Role, Scalar, ScalarKind,
+    Description, END_REQUESTED, Participant, ParticipantError, Readiness, Result, Role, Scalar, ScalarKind,
     WindowReport,
 };
 pub use port::{Direction, Exchange, Port, Quantity};

@@ -185,6 +185,9 @@ pub struct WindowReport {
     pub scalars: Vec<f64>,
 }
 
+/// What a call on a participant gives.
+pub type Result<T, E = ParticipantError> = std::result::Result<T, E>;
+
 /// The contract. Errors leave the participant broken (see [`crate::lifecycle`]).
 pub trait Participant {
     /// What it is and exchanges.
@@ -193,12 +196,7 @@ pub trait Participant {
     /// Takes the constant fields and the initial values of the others at time `start` (s), and gives its own.
     /// A structure is initialised first, with zero loads; the fluid then takes the structure's constants and
     /// initial motion.
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError>;
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness>;
 
     /// Whether it refuses values that are not finite itself, in the fields it takes by `start`, which then
     /// leave it as it was, and in those it gives by `finish`. Whoever copies the fields anyway checks them at
@@ -209,18 +207,18 @@ pub trait Participant {
 
     /// Begins to solve the window from the last accepted state. Does not wait for the solution where another
     /// process solves.
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError>;
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()>;
 
     /// Waits for the solution begun by `start`: the fields that are exchanged every window, whole, whatever
     /// stood there, and a report. Constant fields are left as they are.
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError>;
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport>;
 
     /// The last solution is final. With a number, the participant writes its snapshot of that number.
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError>;
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()>;
 
     /// The accepted state, whole, for a restart with the same case. Legal between windows: after
     /// `initialize`, `accept` or `restore`.
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError>;
+    fn save(&mut self) -> Result<Vec<u8>>;
 
     /// Goes back, or on, to a state that a participant of the same case saved: this one, or another that has
     /// ended since. Legal once initialised, unless a window is open between `start` and `finish`: in a fresh
@@ -230,43 +228,38 @@ pub trait Participant {
     /// Gives what it gave when that state was accepted: the fields that are exchanged every window, whole,
     /// limit and scalars, to the bit. Constant fields are left as `initialize` gave them. The next window is
     /// the one that followed the state, and is solved as it was then, to the bit.
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError>;
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness>;
 
     /// Ends in order: outputs are whole, resources are given back.
-    fn terminate(&mut self) -> Result<(), ParticipantError>;
+    fn terminate(&mut self) -> Result<()>;
 }
 
 impl<P: Participant + ?Sized> Participant for Box<P> {
     fn describe(&self) -> &Description {
         (**self).describe()
     }
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         (**self).initialize(start, inputs, outputs)
     }
     fn refuses_not_finite(&self) -> bool {
         (**self).refuses_not_finite()
     }
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         (**self).start(window, inputs)
     }
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         (**self).finish(outputs)
     }
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         (**self).accept(snapshot)
     }
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         (**self).save()
     }
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         (**self).restore(state, outputs)
     }
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         (**self).terminate()
     }
 }

@@ -24,7 +24,7 @@ pub enum Quantity {
     /// Volume of an interface particle in the reference configuration (two dimensions: for one metre of
     /// depth).
     ReferenceVolume,
-    /// Density of an interface particle in the reference configuration.
+    /// Density of an interface particle in the reference configuration, 0 for one that does not yield.
     Density,
     /// Displacement of an interface point since the start.
     Displacement,
@@ -174,7 +174,8 @@ pub mod names {
     pub const VELOCITY: &str = "velocity";
     /// Structure → fluid, once: reference volume of the interface particles.
     pub const REFERENCE_VOLUME: &str = "reference_volume";
-    /// Structure → fluid, once: density of the interface particles.
+    /// Structure → fluid, once: density of the interface particles, 0 for those that are held and do not
+    /// yield.
     pub const DENSITY: &str = "density";
     /// Fluid → structure: pressure gradient at the interface particles.
     pub const PRESSURE_GRADIENT: &str = "pressure_gradient";

@@ -4,7 +4,9 @@ use crate::protocol::{
     Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, ReadError, Selection, VERSION, Welcome,
 };
 use crate::transport::{Address, Alive, Connection, Deadlines, Link, Message, SharedMemory, Traffic};
-use crate::{Description, Fields, Participant, ParticipantError, Readiness, TimeWindow, WindowReport};
+use crate::{
+    Description, Fields, Participant, ParticipantError, Readiness, Result, TimeWindow, WindowReport,
+};
 use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -53,7 +55,7 @@ impl RemoteParticipant {
         expectations: Expectations,
         deadlines: Deadlines,
         stop: &Arc<AtomicBool>,
-    ) -> Result<Listening, ParticipantError> {
+    ) -> Result<Listening> {
         Listening::over(address, expectations, deadlines, stop)
     }
 }
@@ -65,14 +67,14 @@ impl<L: Link> Listening<L> {
         expectations: Expectations,
         deadlines: Deadlines,
         stop: &Arc<AtomicBool>,
-    ) -> Result<Self, ParticipantError> {
+    ) -> Result<Self> {
         let connection = Connection::create(address, Arc::clone(stop))?;
         Ok(Self { connection, address: address.clone(), expectations, deadlines })
     }
 
     /// Waits for the participant and shakes hands. `alive` says how its process ended, where the caller
     /// started one; it is asked about twenty times a second in this and all later waits.
-    pub fn wait_for_hello(mut self, alive: Alive) -> Result<RemoteParticipant<L>, ParticipantError> {
+    pub fn wait_for_hello(mut self, alive: Alive) -> Result<RemoteParticipant<L>> {
         let during = || "while connecting".to_owned();
         self.connection.watch(alive);
         let message = self.connection.receive(self.deadlines.hello, during)?;
@@ -154,7 +156,7 @@ impl<L: Link> RemoteParticipant<L> {
         payload: &Payload<'_>,
         wake: bool,
         during: impl Fn() -> String,
-    ) -> Result<(), ParticipantError> {
+    ) -> Result<()> {
         if self.ended {
             return Err(ParticipantError::Protocol {
                 during: during(),
@@ -185,7 +187,7 @@ impl<L: Link> RemoteParticipant<L> {
         selection: Selection,
         outputs: &mut Fields,
         during: impl Fn() -> String,
-    ) -> Result<Readiness, ParticipantError> {
+    ) -> Result<Readiness> {
         let message = self.answer(kind, &during)?;
         let scalars = scalars(&message, &self.description, &during)?;
         let readiness = Readiness { window_limit: message.header().size, scalars };
@@ -194,11 +196,11 @@ impl<L: Link> RemoteParticipant<L> {
     }
 
     /// Waits for the answer to the last request; for `Solved`, of the window that was started.
-    fn answer(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<L>, ParticipantError> {
+    fn answer(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<L>> {
         self.matching(kind, during).map_err(|error| self.broken(error))
     }
 
-    fn matching(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<L>, ParticipantError> {
+    fn matching(&mut self, kind: Kind, during: impl Fn() -> String) -> Result<Message<L>> {
         let mut expected = MessageHeader::new(kind, self.sequence);
         if let (Kind::Solved, Some(window)) = (kind, self.window) {
             (expected.window, expected.iteration) = (window.index, window.iteration);
@@ -244,12 +246,7 @@ impl<L: Link> Participant for RemoteParticipant<L> {
         &self.description
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         let during = || "while initialising".to_owned();
         let ports = inputs.ports().iter().chain(outputs.ports());
         let points: Vec<f64> = ports.map(|port| port.points.unwrap_or(0) as f64).collect();
@@ -264,7 +261,7 @@ impl<L: Link> Participant for RemoteParticipant<L> {
         true
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         let payload = Payload { fields: Some((inputs, Selection::EveryWindow)), ..Payload::default() };
         let header = |sequence| MessageHeader::start(sequence, window);
         self.request(header, &payload, true, || solving(window))?;
@@ -272,7 +269,7 @@ impl<L: Link> Participant for RemoteParticipant<L> {
         Ok(())
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         let Some(window) = self.window else {
             let during = "while finishing a window".to_owned();
             return Err(ParticipantError::Protocol { during, what: "no window was started".to_owned() });
@@ -292,7 +289,7 @@ impl<L: Link> Participant for RemoteParticipant<L> {
 
     /// Does not wait: what goes wrong in the other process is the answer to the next request. Without a
     /// snapshot to write, the other process is not even woken, since the next request will do that.
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         let (window, iteration) = self.window.take().map_or((0, 0), |w| (w.index, w.iteration));
         let during = || format!("while accepting window {window}");
         let header = |sequence| MessageHeader {
@@ -304,13 +301,13 @@ impl<L: Link> Participant for RemoteParticipant<L> {
         self.request(header, &Payload::default(), snapshot.is_some(), during)
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         let during = || "while saving its state".to_owned();
         self.request(|n| MessageHeader::new(Kind::Save, n), &Payload::default(), true, during)?;
         Ok(self.answer(Kind::Saved, during)?.text())
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let during = || "while restoring its state".to_owned();
         self.request(|n| MessageHeader::new(Kind::Restore, n), &Payload::text(state), true, during)?;
         self.ready(Kind::Restored, Selection::EveryWindow, outputs, during)
@@ -318,7 +315,7 @@ impl<L: Link> Participant for RemoteParticipant<L> {
 
     /// Ends the process in order. Where a call failed before, the connection has ended, and nothing is left
     /// to do.
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         if self.ended {
             return Ok(());
         }
@@ -351,7 +348,7 @@ fn scalars<L: Link>(
     message: &Message<L>,
     description: &Description,
     during: impl Fn() -> String,
-) -> Result<Vec<f64>, ParticipantError> {
+) -> Result<Vec<f64>> {
     let (found, expected) = (message.scalars().len(), description.scalars.len());
     if found != expected {
         let what = format!("{} has {found} scalars where {expected} are described", message.header().name());
@@ -366,7 +363,7 @@ fn read<L: Link>(
     selection: Selection,
     outputs: &mut Fields,
     during: impl Fn() -> String,
-) -> Result<(), ParticipantError> {
+) -> Result<()> {
     let started = Instant::now();
     selection.read(message.fields(), outputs).map_err(|error| match error {
         ReadError::Field(error) => ParticipantError::Field(error),

@@ -7,7 +7,8 @@ use crate::protocol::{
 };
 use crate::transport::{Address, Alive, Connection, Deadlines, Link, Message, SharedMemory};
 use crate::{
-    Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port, Readiness, State,
+    Call, Description, Direction, Fields, Lifecycle, Participant, ParticipantError, Port, Readiness, Result,
+    State,
 };
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -209,11 +210,7 @@ impl Session<'_> {
     }
 
     /// Does what the message asks. An error is the participant's end.
-    fn answer<L: Link>(
-        &mut self,
-        connection: &Connection<L>,
-        message: Message<L>,
-    ) -> Result<Option<Answer>, ParticipantError> {
+    fn answer<L: Link>(&mut self, connection: &Connection<L>, message: Message<L>) -> Result<Option<Answer>> {
         let request = *message.header();
         match message.kind() {
             Kind::Initialize => self.initialize(&message).map(Some),
@@ -275,14 +272,14 @@ impl Session<'_> {
     }
 
     /// Copies the message's fields to the inputs, finite as they are.
-    fn take<L: Link>(&mut self, selection: Selection, message: &Message<L>) -> Result<(), ParticipantError> {
+    fn take<L: Link>(&mut self, selection: Selection, message: &Message<L>) -> Result<()> {
         selection.read(message.fields(), &mut self.inputs).map_err(|error| match error {
             ReadError::Field(error) => error.into(),
             other => wrong(message.header(), &other.to_string()),
         })
     }
 
-    fn initialize<L: Link>(&mut self, message: &Message<L>) -> Result<Answer, ParticipantError> {
+    fn initialize<L: Link>(&mut self, message: &Message<L>) -> Result<Answer> {
         self.life.check(Call::Initialize)?;
         let request = *message.header();
         let points = message.scalars();

@@ -5,7 +5,7 @@ use crate::arguments::Check;
 use coupler::run::{Options, Solvers};
 use interfaces::Role;
 use interfaces::case::Case;
-use interfaces::case::resolved::Start;
+use interfaces::case::participant::Start;
 use output::report::short;
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::path::{Path, PathBuf};
@@ -70,12 +70,12 @@ pub fn preflight(case: &Case) -> Vec<String> {
     mistakes
 }
 
-fn sides(case: &Case) -> impl Iterator<Item = (Role, &Start)> {
+fn sides(case: &Case) -> impl Iterator<Item = (Role, Start<'_>)> {
     [Role::Fluid, Role::Structure].into_iter().filter_map(|role| Some((role, case.start(role)?)))
 }
 
 /// What would solve a side: pairs of what and value.
-fn preview(case: &Case, role: Role, start: &Start) -> Result<Vec<(String, String)>, String> {
+fn preview(case: &Case, role: Role, start: Start<'_>) -> Result<Vec<(String, String)>, String> {
     let who = |what: &str, value: String| Ok(vec![(what.to_owned(), value)]);
     match (start, role) {
         (Start::Own, Role::Fluid) => fluid::participant::preview(case).map_err(|e| e.to_string()),
@@ -87,7 +87,7 @@ fn preview(case: &Case, role: Role, start: &Start) -> Result<Vec<(String, String
 }
 
 /// A program of the case that is not there.
-fn missing(role: Role, start: &Start) -> Option<String> {
+fn missing(role: Role, start: Start<'_>) -> Option<String> {
     let Start::Command(words) = start else { return None };
     let program = words.first()?;
     let runs = |path: &Path| {

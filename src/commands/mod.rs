@@ -12,7 +12,7 @@ pub mod validate;
 
 use crate::arguments::CaseArguments;
 use interfaces::case::{Case, Sections};
-use interfaces::{Participant, ParticipantError, Role};
+use interfaces::{Participant, Result, Role};
 use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
@@ -43,7 +43,7 @@ fn load(arguments: &CaseArguments) -> Result<Case, ExitCode> {
 }
 
 /// Our own solver for one side of a case, writing its snapshots to `out`.
-fn solver(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>, ParticipantError> {
+fn solver(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>> {
     match role {
         Role::Fluid => fluid::participant::from_case(case, out),
         Role::Structure => structure::participant::from_case(case, out),

@@ -35,7 +35,7 @@ pub enum ErrorKind {
     Lengths { body: usize, positions: usize, volumes: usize, clamped: usize },
     /// A number of a body out of range.
     #[error(
-        "body {body}: {name} = {value} is out of range; moduli, density and cell are positive and -1 < poissons_ratio < 0.5"
+        "body {body}: {name} = {value} is out of range; moduli, density and cell are positive and -1 < poisson_ratio < 0.5"
     )]
     #[expect(missing_docs, reason = "the message names each")]
     Number { body: usize, name: &'static str, value: f64 },

@@ -46,6 +46,9 @@ impl<const D: usize> Particles<D> {
                 Load::Linear(start, end) => start[n] + (end[n] - start[n]) * fraction,
             };
             let particle = particle as usize;
+            if self.clamped[particle] {
+                continue;
+            }
             out[particle] = self.setup.gravity - gradient / self.densities[particle];
         }
         for dead in &self.setup.dead_loads {

@@ -20,7 +20,10 @@ pub struct Particles<const D: usize> {
     pub masses: Vec<f64>,
     /// Which particles are fixed.
     pub clamped: Vec<bool>,
-    /// The interface particles: all that are not fixed, ascending. Loads of the fluid come in this order.
+    /// The particles that are not fixed, ascending.
+    pub free: Vec<u32>,
+    /// The interface particles: all that have a volume, fixed or not, ascending. Loads of the fluid come in
+    /// this order; on fixed ones the clamp bears them.
     pub interface: Vec<u32>,
 }
 
@@ -39,7 +42,8 @@ impl<const D: usize> Particles<D> {
         Ok(Self {
             reference_positions: bodies.iter().flat_map(|b| b.positions.iter().copied()).collect(),
             masses: densities.iter().zip(&volumes).map(|(density, volume)| density * volume).collect(),
-            interface: (0..clamped.len() as u32).filter(|&i| !clamped[i as usize]).collect(),
+            free: (0..clamped.len() as u32).filter(|&i| !clamped[i as usize]).collect(),
+            interface: (0..clamped.len() as u32).filter(|&i| volumes[i as usize] > 0.0).collect(),
             volumes,
             densities,
             clamped,
@@ -73,6 +77,6 @@ impl<const D: usize> Particles<D> {
     }
 
     fn free(&self) -> impl Iterator<Item = usize> + '_ {
-        self.interface.iter().map(|&i| i as usize)
+        self.free.iter().map(|&i| i as usize)
     }
 }

@@ -110,7 +110,7 @@ fn check_body<const D: usize>(index: usize, first: usize, body: &Body<D>, mistak
     let m = &body.material;
     number("density", body.density, body.density > 0.0 && body.density.is_finite());
     number("youngs_modulus", m.youngs_modulus, m.youngs_modulus > 0.0 && m.youngs_modulus.is_finite());
-    number("poissons_ratio", m.poissons_ratio, m.poissons_ratio > -1.0 && m.poissons_ratio < 0.5);
+    number("poisson_ratio", m.poisson_ratio, m.poisson_ratio > -1.0 && m.poisson_ratio < 0.5);
     for &edge in &body.cell {
         number("cell", edge, edge > 0.0 && edge.is_finite());
     }

@@ -12,7 +12,7 @@ use coupler::side::Side;
 use interfaces::case::coupling::StructureVelocity::Mean;
 use interfaces::case::coupling::{FluidMapping, FluidMappingMethod, Mapping, MappingMethod};
 use interfaces::port::names;
-use interfaces::{Call, Fields, Guarded, Participant, ParticipantError, Role, SubSteps};
+use interfaces::{Call, Fields, Guarded, Participant, Result, Role, SubSteps};
 use output::summary::Status;
 use partners::{Log, Recorded, Recording, build};
 
@@ -29,7 +29,7 @@ fn choice(method: MappingMethod, rebuild: bool) -> Mapping {
     Mapping { method, spacing: 5e-3, reach: 0.01, rebuild }
 }
 
-fn mapped(words: &str, choice: Mapping, log: &Log) -> Result<Side, ParticipantError> {
+fn mapped(words: &str, choice: Mapping, log: &Log) -> Result<Side> {
     let recorded = Recording::new(build(words).expect("a mock"), log.clone());
     let mapped = Mapped::new(Guarded::new(recorded), choice, filling(), Announce::nobody())?;
     Ok(Side::new(Box::new(Guarded::new(mapped))))
@@ -228,7 +228,7 @@ fn our_fluid_meets_a_boundary_mesh() {
     assert_eq!(fluid, windows, "the fluid solves a window once");
 }
 
-fn mapped_fluid(words: &str, choice: FluidMapping, log: &Log) -> Result<Side, ParticipantError> {
+fn mapped_fluid(words: &str, choice: FluidMapping, log: &Log) -> Result<Side> {
     let recorded = Recording::new(build(words).expect("a mock"), log.clone());
     let mapped = MappedFluid::new(Guarded::new(recorded), choice, Announce::nobody())?;
     Ok(Side::new(Box::new(Guarded::new(mapped))))

@@ -1,7 +1,7 @@
 //! Numbers made of a column over time.
 
 use crate::study::{Kind, Measure};
-use interfaces::case::resolved::Reference;
+use interfaces::case::probe::Reference;
 use output::table::Columns;
 use words::balances;
 

@@ -5,7 +5,7 @@ use crate::order::{Convergence, convergence};
 use crate::study::{Measure, Series, Study};
 use coupler::run::{CASE, Solvers};
 use interfaces::case::{Case, Sections};
-use interfaces::{Participant, ParticipantError, Role};
+use interfaces::{Participant, Result, Role};
 use output::summary::Status;
 use output::table::{self, Columns};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Makes the solver of one side of a case, writing its snapshots to a folder.
-pub type Make<'a> = dyn Fn(&Case, Role, &Path) -> Result<Box<dyn Participant>, ParticipantError> + 'a;
+pub type Make<'a> = dyn Fn(&Case, Role, &Path) -> Result<Box<dyn Participant>> + 'a;
 
 /// What the command line sets.
 pub struct Options {

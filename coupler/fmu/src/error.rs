@@ -43,7 +43,7 @@ pub enum Error {
         /// The unit.
         file: PathBuf,
         /// The C function.
-        function: &'static str,
+        function: String,
         /// Its status, in the standard's word.
         status: &'static str,
         /// What the unit told its logger last.

@@ -7,11 +7,11 @@ use crate::saved;
 use crate::unit::{Instance, Stepped};
 use crate::wiring::{Values, Wire, Wiring, wire};
 use interfaces::case::Case;
-use interfaces::case::resolved::{Start, Unit};
+use interfaces::case::participant::{Start, Unit};
 use interfaces::port::names;
 use interfaces::{
-    Description, Direction, END_REQUESTED, Exchange, Fields, Participant, ParticipantError, Readiness, Role,
-    Scalar, ScalarKind, TimeWindow, WindowReport,
+    Description, Direction, END_REQUESTED, Exchange, Fields, Participant, ParticipantError, Readiness,
+    Result, Role, Scalar, ScalarKind, TimeWindow, WindowReport,
 };
 use output::{ParticleFrame, PointArray, Series};
 use std::path::Path;
@@ -27,11 +27,11 @@ use std::time::Instant;
 /// Where the case has no unit for that side.
 pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>, Error> {
     let unit = unit_of(case, role).expect("the caller asks for the unit of a side that has one");
-    let mut archive = Archive::open(&unit.file)?;
+    let mut archive = Archive::open(unit.file)?;
     let described = archive.description()?;
     let wiring = wire(unit, &described, case, role)?;
     let unpacked = archive.unpack(&described, &out.join(format!("{role}_fmu")))?;
-    let instance = instantiate(&described, &unpacked, &unit.file)?;
+    let instance = instantiate(&described, &unpacked, unit.file)?;
     let snapshots = (role == Role::Structure).then(|| Series::create(out, "structure")).transpose()?;
     let mut scalars: Vec<Scalar> = wiring.records.iter().map(|(scalar, _)| scalar.clone()).collect();
     scalars.push(
@@ -78,7 +78,7 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
 /// As [`open`].
 pub fn preview(case: &Case, role: Role) -> Result<Vec<(String, String)>, Error> {
     let unit = unit_of(case, role).expect("the caller asks for the unit of a side that has one");
-    let mut archive = Archive::open(&unit.file)?;
+    let mut archive = Archive::open(unit.file)?;
     let described = archive.description()?;
     archive.library(&described)?;
     let wiring = wire(unit, &described, case, role)?;
@@ -106,7 +106,7 @@ pub fn preview(case: &Case, role: Role) -> Result<Vec<(String, String)>, Error> 
 }
 
 /// The unit that the case has for a side.
-pub fn unit_of(case: &Case, role: Role) -> Option<&Unit> {
+pub fn unit_of(case: &Case, role: Role) -> Option<Unit<'_>> {
     match case.start(role)? {
         Start::Fmu(unit) => Some(unit),
         _ => None,
@@ -170,7 +170,7 @@ impl UnitParticipant {
         self.instance.as_mut().expect("the table of legal calls puts nothing after terminate").as_mut()
     }
 
-    fn set(&mut self, inputs: &Fields, which: impl Fn(Exchange) -> bool) -> Result<(), ParticipantError> {
+    fn set(&mut self, inputs: &Fields, which: impl Fn(Exchange) -> bool) -> Result<()> {
         let instance = self.instance.as_mut().expect("the table of legal calls puts nothing after terminate");
         for Wire { port, values, factor } in &self.wiring.wires {
             let (Values::Variables(references), Direction::In) = (values, port.direction) else { continue };
@@ -189,11 +189,7 @@ impl UnitParticipant {
         Ok(())
     }
 
-    fn get(
-        &mut self,
-        outputs: &mut Fields,
-        which: impl Fn(Exchange) -> bool,
-    ) -> Result<(), ParticipantError> {
+    fn get(&mut self, outputs: &mut Fields, which: impl Fn(Exchange) -> bool) -> Result<()> {
         let instance = self.instance.as_mut().expect("the table of legal calls puts nothing after terminate");
         for Wire { port, values, factor } in &self.wiring.wires {
             if port.direction != Direction::Out || !which(port.exchange) {
@@ -216,7 +212,7 @@ impl UnitParticipant {
         Ok(())
     }
 
-    fn scalars(&mut self, ended: Stepped) -> Result<Vec<f64>, ParticipantError> {
+    fn scalars(&mut self, ended: Stepped) -> Result<Vec<f64>> {
         let instance = self.instance.as_mut().expect("the table of legal calls puts nothing after terminate");
         let read = self.wiring.records.iter().map(|(_, variable)| instance.number(variable).map_err(failed));
         let mut scalars = read.collect::<Result<Vec<f64>, _>>()?;
@@ -226,13 +222,13 @@ impl UnitParticipant {
 
     /// Largest next step (s). Where the unit names none, any will do; so will it where it names the largest
     /// number there is.
-    fn window_limit(&mut self) -> Result<f64, ParticipantError> {
+    fn window_limit(&mut self) -> Result<f64> {
         let Some(variable) = self.wiring.window_limit.clone() else { return Ok(f64::INFINITY) };
         let limit = self.instance().number(&variable).map_err(failed)?;
         Ok(if limit == f64::MAX { f64::INFINITY } else { limit })
     }
 
-    fn write_snapshot(&mut self) -> Result<(), ParticipantError> {
+    fn write_snapshot(&mut self) -> Result<()> {
         let (Some(snapshots), Some(instance)) = (&mut self.snapshots, &mut self.instance) else {
             return Ok(());
         };
@@ -267,7 +263,7 @@ impl UnitParticipant {
         Ok(())
     }
 
-    fn check_step(&mut self, size: f64) -> Result<(), ParticipantError> {
+    fn check_step(&mut self, size: f64) -> Result<()> {
         if self.abilities.variable_steps {
             return Ok(());
         }
@@ -288,12 +284,7 @@ impl Participant for UnitParticipant {
         &self.description
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         let parameters = std::mem::take(&mut self.wiring.parameters);
         self.instance().enter_initialization(&parameters, start).map_err(failed)?;
         self.set(inputs, |_| true)?;
@@ -305,7 +296,7 @@ impl Participant for UnitParticipant {
         Ok(Readiness { window_limit: self.window_limit()?, scalars: self.scalars(Stepped::On)? })
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         let started = Instant::now();
         self.check_step(window.size)?;
         match (self.left_accepted, self.abilities.keeps_state) {
@@ -333,7 +324,7 @@ impl Participant for UnitParticipant {
         Ok(())
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         let solved = self.solved.take().expect("the table of legal calls puts a start before every finish");
         self.get(outputs, |exchange| exchange == Exchange::EveryWindow)?;
         self.last_output = self.last_input.is_some().then(|| outputs.clone());
@@ -349,20 +340,20 @@ impl Participant for UnitParticipant {
         })
     }
 
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         self.left_accepted = false;
         (self.last_input, self.last_output) = (None, None);
         if snapshot.is_some() { self.write_snapshot() } else { Ok(()) }
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         self.check_serializes()?;
         self.instance().keep().map_err(failed)?;
         let state = self.instance().serialize().map_err(failed)?;
         Ok(saved::seal(&self.abilities.token, &state))
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         self.check_serializes()?;
         let state = saved::open(&self.abilities.token, state)
             .map_err(|error| failed(format_args!("of {}: {error}", self.abilities.name)))?;
@@ -373,7 +364,7 @@ impl Participant for UnitParticipant {
         Ok(Readiness { window_limit: self.window_limit()?, scalars: self.scalars(Stepped::On)? })
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         match self.instance.take() {
             Some(mut instance) if self.initialized => instance.terminate().map_err(failed),
             // One that never began has nothing to end; it is given back.
@@ -386,7 +377,7 @@ impl UnitParticipant {
     /// Of a unit that went back to its accepted state: the step that it took from there, taken again under
     /// the same input, gives the same. One whose state leaves something out would give wrong numbers in all
     /// schemes that solve a window again, and nobody would notice.
-    fn check_state(&mut self) -> Result<(), ParticipantError> {
+    fn check_state(&mut self) -> Result<()> {
         let (Some((window, inputs)), Some(before)) = (self.last_input.take(), self.last_output.take()) else {
             return Ok(());
         };
@@ -408,7 +399,7 @@ impl UnitParticipant {
         self.instance().go_back().map_err(failed)
     }
 
-    fn check_serializes(&self) -> Result<(), ParticipantError> {
+    fn check_serializes(&self) -> Result<()> {
         if self.abilities.keeps_state && self.abilities.serializes_state {
             return Ok(());
         }

@@ -3,7 +3,7 @@
 #![expect(unsafe_code, reason = "functions of a library are found by name and called through pointers")]
 
 use crate::Error;
-use crate::description::{Type, Variable};
+use crate::description::{Type, Variable, Version};
 use interfaces::case::unit::ParameterValue;
 use libloading::Library;
 use std::ffi::{CStr, CString, c_char, c_void};
@@ -23,8 +23,14 @@ pub trait Instance {
         start: f64,
     ) -> Result<(), Error>;
 
+    /// What it has in common with instances of the other version.
+    fn common(&mut self) -> &mut Common;
+
     /// Ends initialisation: steps can follow.
-    fn exit_initialization(&mut self) -> Result<(), Error>;
+    fn exit_initialization(&mut self) -> Result<(), Error> {
+        let common = self.common();
+        common.call("ExitInitializationMode")
+    }
 
     /// Sets real variables, the values of arrays one after another.
     fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Error>;
@@ -39,19 +45,125 @@ pub trait Instance {
     fn step(&mut self, start: f64, size: f64) -> Result<Stepped, Error>;
 
     /// Keeps the present state, in place of one kept before.
-    fn keep(&mut self) -> Result<(), Error>;
+    fn keep(&mut self) -> Result<(), Error> {
+        let common = self.common();
+        let get: unsafe extern "C" fn(Handle, *mut State) -> i32 = common.function("GetFMUState")?;
+        // SAFETY: the state is null or one of this instance's, which the function may use again.
+        let status = unsafe { get(common.handle, &raw mut common.state) };
+        common.check("GetFMUState", status)
+    }
 
     /// Goes back to the state kept.
-    fn go_back(&mut self) -> Result<(), Error>;
+    fn go_back(&mut self) -> Result<(), Error> {
+        let common = self.common();
+        let set: unsafe extern "C" fn(Handle, State) -> i32 = common.function("SetFMUState")?;
+        // SAFETY: a state of this instance's.
+        common.check("SetFMUState", unsafe { set(common.handle, common.state) })
+    }
 
     /// The state kept, as bytes.
-    fn serialize(&mut self) -> Result<Vec<u8>, Error>;
+    fn serialize(&mut self) -> Result<Vec<u8>, Error> {
+        type Size = unsafe extern "C" fn(Handle, State, *mut usize) -> i32;
+        type Serialize = unsafe extern "C" fn(Handle, State, *mut u8, usize) -> i32;
+        let common = self.common();
+        let Common { handle, state, .. } = *common;
+        let size_of: Size = common.function("SerializedFMUStateSize")?;
+        let serialize: Serialize = common.function("SerializeFMUState")?;
+        let mut size = 0;
+        // SAFETY: a state of this instance's, then memory of the size that was asked for.
+        common.check("SerializedFMUStateSize", unsafe { size_of(handle, state, &raw mut size) })?;
+        let mut bytes = vec![0; size];
+        // SAFETY: as above.
+        common.check("SerializeFMUState", unsafe { serialize(handle, state, bytes.as_mut_ptr(), size) })?;
+        Ok(bytes)
+    }
 
     /// Keeps the state of these bytes.
-    fn deserialize(&mut self, bytes: &[u8]) -> Result<(), Error>;
+    fn deserialize(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        type Deserialize = unsafe extern "C" fn(Handle, *const u8, usize, *mut State) -> i32;
+        let common = self.common();
+        let deserialize: Deserialize = common.function("DeserializeFMUState")?;
+        // SAFETY: pointer and length of the same slice; the state as in `keep`.
+        let status =
+            unsafe { deserialize(common.handle, bytes.as_ptr(), bytes.len(), &raw mut common.state) };
+        common.check("DeserializeFMUState", status)
+    }
 
     /// Ends in order.
-    fn terminate(&mut self) -> Result<(), Error>;
+    fn terminate(&mut self) -> Result<(), Error> {
+        let common = self.common();
+        common.call("Terminate")
+    }
+}
+
+/// The unit's own pointer to an instance.
+pub(crate) type Handle = *mut c_void;
+/// The unit's own pointer to a state.
+pub(crate) type State = *mut c_void;
+/// A function that takes an instance and nothing else.
+type Plain = unsafe extern "C" fn(Handle) -> i32;
+
+/// What instances of both versions have: the instance itself, the state kept (or null), and where functions
+/// are found. It gives the unit both back when it is dropped.
+pub struct Common {
+    pub(crate) handle: Handle,
+    pub(crate) state: State,
+    pub(crate) version: Version,
+    pub(crate) library: &'static Library,
+    pub(crate) teller: Teller,
+}
+
+impl Common {
+    /// A function's name, from that which is its own in FMI 3.0.
+    fn name(&self, own: &str) -> String {
+        match self.version {
+            Version::Fmi3 => format!("fmi3{own}"),
+            Version::Fmi2 => {
+                let own = own.replace("FMUState", "FMUstate").replace("Deserialize", "DeSerialize");
+                format!("fmi2{own}")
+            }
+        }
+    }
+
+    /// The function of that name. Its callers take the type from the standard's header.
+    pub(crate) fn function<F: Copy>(&self, own: &str) -> Result<F, Error> {
+        // SAFETY: as said.
+        unsafe { self.teller.function(self.library, &self.name(own)) }
+    }
+
+    /// An error unless the function went well.
+    pub(crate) fn check(&self, own: &str, status: i32) -> Result<(), Error> {
+        if status == 0 { Ok(()) } else { self.teller.check(&self.name(own), status) }
+    }
+
+    /// Calls a function that takes nothing but the instance.
+    pub(crate) fn call(&self, own: &str) -> Result<(), Error> {
+        let function: Plain = self.function(own)?;
+        // SAFETY: a function of the standard with an instance that lives.
+        self.check(own, unsafe { function(self.handle) })
+    }
+
+    /// Refuses a unit that lacks one of these functions.
+    pub(crate) fn require(&self, functions: &[&str]) -> Result<(), Error> {
+        functions.iter().try_for_each(|own| self.function::<Plain>(own).map(|_| ()))
+    }
+}
+
+impl Drop for Common {
+    fn drop(&mut self) {
+        let free_state: Result<unsafe extern "C" fn(Handle, *mut State) -> i32, _> =
+            self.function("FreeFMUState");
+        let free: Result<unsafe extern "C" fn(Handle), _> = self.function("FreeInstance");
+        // SAFETY: the state and the instance are given back once, and not used again.
+        unsafe {
+            if let (false, Ok(free_state)) = (self.state.is_null(), free_state) {
+                free_state(self.handle, &raw mut self.state);
+            }
+            if let Ok(free) = free {
+                free(self.handle);
+            }
+        }
+    }
 }
 
 /// How a step ended.
@@ -84,7 +196,7 @@ impl Teller {
     }
 
     /// An error unless the status is OK or a warning, which the standards number alike.
-    pub fn check(&self, function: &'static str, status: i32) -> Result<(), Error> {
+    pub fn check(&self, function: &str, status: i32) -> Result<(), Error> {
         let status = match status {
             0 | 1 => return Ok(()),
             2 => "Discard",
@@ -97,9 +209,9 @@ impl Teller {
     }
 
     /// The error of a function that answered so.
-    pub fn error(&self, function: &'static str, status: &'static str) -> Error {
+    pub fn error(&self, function: &str, status: &'static str) -> Error {
         let words = self.heard.lock().map(|mut words| std::mem::take(&mut *words)).unwrap_or_default();
-        Error::Call { file: self.file.clone(), function, status, words }
+        Error::Call { file: self.file.clone(), function: function.to_owned(), status, words }
     }
 
     /// What the unit cannot do.

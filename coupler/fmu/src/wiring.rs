@@ -6,7 +6,8 @@ use crate::Error;
 use crate::description::{Causality, Description, Type, Variable};
 use interfaces::case::Case;
 use interfaces::case::coupling::CouplingScheme;
-use interfaces::case::resolved::{Probe, Unit};
+use interfaces::case::participant::Unit;
+use interfaces::case::probe::Probe;
 use interfaces::case::unit::ParameterValue;
 use interfaces::port::names;
 use interfaces::{Direction, Exchange, Port, Quantity, Role, Scalar, ScalarKind};
@@ -106,7 +107,7 @@ fn ports_of(role: Role) -> Vec<(&'static str, Quantity, Direction, Exchange)> {
 ///
 /// # Errors
 /// All that does not fit.
-pub fn wire(unit: &Unit, description: &Description, case: &Case, role: Role) -> Result<Wiring, Error> {
+pub fn wire(unit: Unit<'_>, description: &Description, case: &Case, role: Role) -> Result<Wiring, Error> {
     let mut plan = Plan { unit, description, role, mismatches: Vec::new(), notes: Vec::new() };
     let parameters = plan.parameters();
     let wires = plan.wires(case.general.dimension);
@@ -118,12 +119,12 @@ pub fn wire(unit: &Unit, description: &Description, case: &Case, role: Role) -> 
     if mismatches.is_empty() {
         Ok(Wiring { wires, records, window_limit, sub_steps, parameters, notes })
     } else {
-        Err(Error::Wiring { file: unit.file.clone(), mismatches })
+        Err(Error::Wiring { file: unit.file.to_owned(), mismatches })
     }
 }
 
 struct Plan<'a> {
-    unit: &'a Unit,
+    unit: Unit<'a>,
     description: &'a Description,
     role: Role,
     mismatches: Vec<String>,
@@ -268,7 +269,7 @@ impl Plan<'_> {
             records.extend(variable.map(|variable| (scalar, variable.clone())));
         }
         let key = self.key("record");
-        for name in &self.unit.record {
+        for name in self.unit.record {
             let Some(variable) = self.variable(&key, name) else { continue };
             if !is_number(&variable) {
                 self.mismatches.push(format!("{key}: `{name}` is no number"));
@@ -296,7 +297,7 @@ impl Plan<'_> {
 
     fn parameters(&mut self) -> Vec<(Variable, ParameterValue)> {
         let mut parameters = Vec::new();
-        for (name, value) in &self.unit.parameters {
+        for (name, value) in self.unit.parameters {
             let key = self.key(&format!("parameters.{name}"));
             let Some(variable) = self.variable(&key, name) else { continue };
             let settable = [Causality::Parameter, Causality::StructuralParameter, Causality::Input];

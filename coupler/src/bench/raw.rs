@@ -5,7 +5,7 @@ use crate::launch::{self, Child};
 use crate::placement::Placement;
 use interfaces::protocol::Kind;
 use interfaces::transport::{Connection, SharedMemory};
-use interfaces::{Address, ParticipantError, Role, new_run, remove_stale};
+use interfaces::{Address, Result, Role, new_run, remove_stale};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -16,7 +16,7 @@ const DEADLINE: Duration = Duration::from_secs(20);
 ///
 /// # Errors
 /// Where the transport fails, or nothing comes.
-pub fn echo(address: &Address, taken: usize, given: usize) -> Result<(), ParticipantError> {
+pub fn echo(address: &Address, taken: usize, given: usize) -> Result<()> {
     let mut connection =
         Connection::<SharedMemory>::open(address, DEADLINE, Arc::default(), Box::new(|| None))?;
     let (mut inputs, outputs) = (vec![0.0; taken], vec![1.0; given]);
@@ -64,7 +64,7 @@ impl Leg {
         Ok(Self { connection, child, given: vec![1.0; taken], answer: vec![0.0; given] })
     }
 
-    fn solve(&mut self) -> Result<(), ParticipantError> {
+    fn solve(&mut self) -> Result<()> {
         self.connection.send_raw(Kind::Start, &self.given, true)?;
         self.connection.receive_raw(DEADLINE, &mut self.answer)?;
         Ok(())

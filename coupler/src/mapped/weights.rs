@@ -7,7 +7,7 @@ use words::bytes::{Error, Reader, Writer};
 const MAGIC: &[u8; 8] = b"mnscmap1";
 
 /// A mapping between points of the structure and those of the fluid, which both move.
-pub(super) struct Weights {
+pub struct Weights {
     mapping: Mapping,
     /// Positions for which the weights were made (m): of the sources, of the targets.
     made_at: [Vec<f64>; 2],
@@ -16,11 +16,6 @@ pub(super) struct Weights {
     /// Memory for the targets' positions (m).
     followed: Vec<f64>,
     dimension: usize,
-}
-
-/// The weights, which are made at initialisation.
-pub(super) fn initialised(weights: &mut Option<Weights>) -> &mut Weights {
-    weights.as_mut().expect("initialisation comes before all else")
 }
 
 impl Weights {
@@ -88,7 +83,7 @@ impl Weights {
 
 /// Why weights are not those of a saved state.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum WeightsError {
+pub enum WeightsError {
     /// It is no state of this mapping.
     #[error(transparent)]
     State(#[from] Error),

@@ -11,11 +11,11 @@ use crate::schemes::SchemeError;
 use crate::side::{Side, SideError};
 use crate::timing::Timing;
 use interfaces::case::Case;
-use interfaces::case::resolved::Start;
+use interfaces::case::participant::Start;
 use interfaces::transport::{Alive, FOLDER};
 use interfaces::{
-    Address, Deadlines, Expectations, Guarded, Participant, ParticipantError, RemoteParticipant, Role,
-    new_run, remove_stale,
+    Address, Deadlines, Expectations, Guarded, Participant, ParticipantError, RemoteParticipant, Result,
+    Role, new_run, remove_stale,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 /// Makes a participant in this process.
-pub type Build<'a> = dyn Fn(Role) -> Result<Box<dyn Participant>, ParticipantError> + 'a;
+pub type Build<'a> = dyn Fn(Role) -> Result<Box<dyn Participant>> + 'a;
 
 /// Where our own solvers come from.
 pub struct Solvers<'a> {
@@ -76,7 +76,7 @@ impl Participants {
 
         let run = new_run();
         // Those that a person starts come last: what the others find wrong is heard of at once.
-        starts.sort_by_key(|(_, start)| **start == Start::ByHand);
+        starts.sort_by_key(|(_, start)| *start == Start::ByHand);
         // All are listened for before any is started, and all are started before any is waited for: they
         // build their particles at the same time.
         let mut listening = Vec::new();
@@ -88,7 +88,7 @@ impl Participants {
             let failed = |e| failed(role, "while opening its connection", e);
             remove_stale(&address).map_err(failed)?;
             let expectations = Expectations { case_hash: case.hash(), dimension: case.general.dimension };
-            let waits = deadlines(case, *start == Start::ByHand);
+            let waits = deadlines(case, start == Start::ByHand);
             let open =
                 RemoteParticipant::listen(&address, expectations, waits, &options.stop).map_err(failed)?;
             self.address = Some(address.clone());
@@ -98,7 +98,7 @@ impl Participants {
             self.guard = Some(Guard::start(solvers.executable, address)?);
         }
         for (role, start, address, _) in &listening {
-            self.launch(*role, start, address, &case.hash(), options, solvers)?;
+            self.launch(*role, *start, address, &case.hash(), options, solvers)?;
         }
         for (role, _, _, open) in listening {
             let remote =
@@ -188,7 +188,7 @@ impl Participants {
     fn launch(
         &mut self,
         role: Role,
-        start: &Start,
+        start: Start<'_>,
         address: &Address,
         hash: &str,
         options: &Options,
@@ -202,7 +202,7 @@ impl Participants {
                 let executable = solvers.executable.display().to_string();
                 vec![executable, role.to_string(), case.display().to_string()]
             }
-            Start::Command(words) => words.clone(),
+            Start::Command(words) => words.to_vec(),
             Start::Fmu(_) => {
                 let executable = solvers.executable.display().to_string();
                 vec![executable, "fmu".to_owned(), role.to_string(), case.display().to_string()]
@@ -258,7 +258,7 @@ pub fn threads(case: &Case) -> usize {
 /// How long a participant of this case waits for the coupler, which may be waiting for the other one to be
 /// started by hand.
 pub fn participant_deadlines(case: &Case) -> Deadlines {
-    let by_hand = |role| case.start(role) == Some(&Start::ByHand);
+    let by_hand = |role| case.start(role) == Some(Start::ByHand);
     deadlines(case, by_hand(Role::Structure) || by_hand(Role::Fluid))
 }
 

@@ -2,6 +2,7 @@
 
 pub mod contact;
 pub mod period;
+pub mod sampling;
 pub mod ties;
 pub mod wall_motion;
 pub mod walls;

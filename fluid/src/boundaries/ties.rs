@@ -23,11 +23,15 @@ pub struct Tie<const D: usize> {
 /// Length below which a face's normal, the wall's taken out, counts as none: the face goes on as the wall.
 const ASLANT: f64 = 0.3;
 
-/// Ties the walls' particles to the interface particles within `support` (m). `walls` are positions, and the
-/// outward normal of the wall at each; `structure` positions, outward normals (zero inside) and spacings (m).
+/// Spacings of a wall within which interface particles tell where the face stands on it.
+const BESIDE: f64 = 0.75;
+
+/// Ties the walls' particles to the interface particles within `support` (m). `walls` are positions and
+/// spacings (m), and the outward normal of the wall at each; `structure` positions, outward normals (zero
+/// inside) and spacings (m).
 pub fn find<const D: usize>(
     support: f64,
-    (walls, wall_normal): (&[Vector<D>], impl Fn(usize) -> Vector<D>),
+    (walls, wall_spacing, wall_normal): (&[Vector<D>], impl Fn(usize) -> f64, impl Fn(usize) -> Vector<D>),
     (structure, normals, spacings): (&[Vector<D>], &[Vector<D>], &[f64]),
     near: &mut NeighbourList,
     out: &mut Vec<Tie<D>>,
@@ -43,13 +47,27 @@ pub fn find<const D: usize>(
         }
         let n = wall_normal(w);
         let across = |s: usize| normals[s] - n * n.dot(&normals[s]);
-        let distance = |s: usize| (at - structure[s]).norm_squared();
-        let faces = near.of(w).iter().map(|&s| s as usize).filter(|&s| across(s).norm() > ASLANT);
-        let Some(s) = faces.min_by(|&s, &t| distance(s).total_cmp(&distance(t))) else { continue };
-        let direction = across(s).normalize();
-        let behind = (1.0 - (at - structure[s]).dot(&direction) / spacings[s]).clamp(0.0, 1.0);
+        let offset = |s: usize| structure[s] - at;
+        let near = || near.of(w).iter().map(|&s| s as usize);
+        let faces = near().filter(|&s| across(s).norm() > ASLANT);
+        let nearest = |&s: &usize, &t: &usize| offset(s).norm_squared().total_cmp(&offset(t).norm_squared());
+        let Some(nearest) = faces.min_by(nearest) else { continue };
+        let direction = across(nearest).normalize();
+        // The face is where the outermost particle beside the wall has it.
+        let spacing = wall_spacing(w);
+        let is_beside = |&s: &usize| {
+            let r = offset(s);
+            let aside = r - direction * direction.dot(&r) - n * n.dot(&r);
+            let as_high = n.dot(&(r - offset(nearest))) < BESIDE * spacing;
+            s == nearest || (aside.norm() < BESIDE * spacing && as_high)
+        };
+        let face = |s: usize| offset(s).dot(&direction) + 0.5 * spacings[s];
+        let outermost = near().filter(is_beside).max_by(|&s, &t| face(s).total_cmp(&face(t)));
+        let structure = outermost.expect("the nearest is beside the wall");
+        let behind = (0.5 + face(structure) / spacing).clamp(0.0, 1.0);
         if behind > 0.0 {
-            out.push(Tie { wall: w as u32, structure: s as u32, direction: direction * behind.sqrt() });
+            let direction = direction * behind.sqrt();
+            out.push(Tie { wall: w as u32, structure: structure as u32, direction });
         }
     }
 }

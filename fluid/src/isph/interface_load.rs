@@ -2,7 +2,7 @@
 //! particles.
 
 use crate::boundaries::walls::Walls;
-use crate::interface::{InterfaceInput, InterfaceParticles};
+use crate::interface::BoundaryPoints;
 use crate::isph::options::Options;
 use crate::isph::pressure::along::Along;
 use crate::isph::state::State;
@@ -89,14 +89,14 @@ pub fn pair_reactions<const D: usize>(
 /// structure comes to have under it: `u_s = u*_s − Δt c g_s`, `c` its compliance (m³/kg, nothing where it
 /// does not yield). That is the work which the structure gives.
 pub fn structure_work<const D: usize>(
-    (interface, compliance): (&InterfaceParticles, &[f64]),
-    predicted: &[Vector<D>],
+    (volumes, compliance): (&[f64], &[f64]),
+    unloaded: &[Vector<D>],
     pressure_gradients: &[Vector<D>],
     dt: f64,
 ) -> f64 {
     let of = |(i, g): (usize, &Vector<D>)| {
         let yielding = compliance.get(i).map_or(Vector::zeros(), |c| g * (dt * c));
-        interface.volumes[i] * g.dot(&(predicted[i] - yielding))
+        volumes[i] * g.dot(&(unloaded[i] - yielding))
     };
     dt * pressure_gradients.iter().enumerate().map(of).sum::<f64>()
 }
@@ -251,7 +251,7 @@ pub fn boundary_friction<const D: usize>(
     options: &Options,
     kinematic_viscosity: f64,
     fluid: &State<D>,
-    bodies: (&Walls<D>, &InterfaceInput<'_, D>),
+    bodies: (&Walls<D>, &BoundaryPoints<D>),
     accelerations: &mut [Vector<D>],
     mut taken: impl FnMut(Body, Vector<D>),
 ) {

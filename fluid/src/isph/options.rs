@@ -89,17 +89,14 @@ pub struct Options {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub courant: f64,
     /// A time step is at most this times the one before.
-    #[serde(rename = "time_step_growth")]
     #[schemars(extend("exclusiveMinimum" = 1))]
-    pub growth: f64,
+    pub time_step_growth: f64,
     /// Form of the viscous term.
-    #[serde(rename = "viscosity_operator")]
-    pub viscous_operator: ViscousOperator,
+    pub viscosity_operator: ViscousOperator,
     /// Kinematic viscosity added between approaching particles, as a factor of h times the characteristic
     /// speed. It dissipates.
-    #[serde(rename = "artificial_viscosity")]
     #[schemars(extend("minimum" = 0))]
-    pub approach_viscosity: f64,
+    pub artificial_viscosity: f64,
     /// Smagorinsky constant of the sub-particle-scale (large-eddy) viscosity, Eq. (10); 0 leaves it out.
     #[schemars(extend("minimum" = 0))]
     pub smagorinsky: f64,
@@ -108,14 +105,12 @@ pub struct Options {
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub pressure_tolerance: f64,
     /// Iterations of the pressure Poisson equation at most; more are an error.
-    #[serde(rename = "pressure_iterations_limit")]
     #[schemars(extend("minimum" = 1))]
-    pub iteration_limit: usize,
+    pub pressure_iterations_limit: usize,
     /// Share of the compact Laplacian that is added to the exact projection operator `D M⁻¹ Dᵀ`, which is
     /// blind to checkerboards.
-    #[serde(rename = "pressure_stabilization")]
     #[schemars(extend("minimum" = 0))]
-    pub laplacian_share: f64,
+    pub pressure_stabilization: f64,
     /// Preconditioner of the pressure Poisson equation.
     pub preconditioner: Preconditioner,
     /// Whether positions are projected to remove the error of the number density (velocities are left alone).
@@ -194,7 +189,7 @@ impl Default for Options {
             smoothing_ratio: 1.2,
             surface_thresholds: (0.8, 0.9),
             surface_hysteresis: 0.04,
-            laplacian_share: 0.1,
+            pressure_stabilization: 0.1,
             regularisation: 1e-6,
             pocket_regularisation: 1e-2,
             preconditioner: Preconditioner::Multigrid,
@@ -203,7 +198,7 @@ impl Default for Options {
             position_tolerance: 5e-2,
             position_limit: 0.1,
             lost_particles: LostParticles::Refused,
-            iteration_limit: 1000,
+            pressure_iterations_limit: 1000,
             position_projection: true,
             corrected_gradient: true,
             surface_offset: true,
@@ -213,14 +208,14 @@ impl Default for Options {
             shifting_limit: 0.2,
             interface_shifting: false,
             taylor_correction: false,
-            viscous_operator: ViscousOperator::Morris,
+            viscosity_operator: ViscousOperator::Morris,
             smagorinsky: 0.1,
-            approach_viscosity: 0.02,
+            artificial_viscosity: 0.02,
             no_slip_walls: false,
             no_slip_structure: false,
             contact_distance: 0.25,
             courant: 0.2,
-            growth: 1.2,
+            time_step_growth: 1.2,
             reference_velocity: None,
             compliance: true,
             structure_velocity: StructureVelocity::Mean,
@@ -238,7 +233,7 @@ impl Options {
             scheme: Scheme::Paper,
             surface_thresholds: (0.7, 0.8),
             surface_hysteresis: 0.0,
-            laplacian_share: 1.0,
+            pressure_stabilization: 1.0,
             position_projection: false,
             corrected_gradient: true,
             surface_offset: false,
@@ -246,9 +241,9 @@ impl Options {
             shifting_coefficient: 0.04,
             interface_shifting: true,
             taylor_correction: true,
-            viscous_operator: ViscousOperator::FatehiManzari,
+            viscosity_operator: ViscousOperator::FatehiManzari,
             smagorinsky: 0.1,
-            approach_viscosity: 0.0,
+            artificial_viscosity: 0.0,
             courant: 0.1,
             load: Load::PressureGradient,
             ..Self::default()

@@ -1,6 +1,7 @@
 //! ISPH as a fluid: what it is made of, and how long a step may be.
 
 use crate::boundaries::period::Period;
+use crate::boundaries::sampling::Sampling;
 use crate::boundaries::walls::Walls;
 use crate::error::Error;
 use crate::interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
@@ -21,8 +22,9 @@ pub struct Isph<const D: usize> {
     pub(crate) options: Options,
     pub(crate) kernel: CubicSpline<D>,
     pub(crate) walls: Walls<D>,
-    pub(crate) interface: InterfaceParticles,
-    pub(crate) interface_spacings: Vec<f64>,
+    pub(crate) interface: InterfaceParticles<D>,
+    pub(crate) sampling: Sampling,
+    /// Share of `1/ρ_s` (m³/kg) by which each interface particle yields; empty where none does.
     pub(crate) compliance: Vec<f64>,
     pub(crate) reference_velocity: f64,
     pub(crate) lattice_concentration: f64,
@@ -40,7 +42,7 @@ impl<const D: usize> Fluid<D> for Isph<D> {
         properties: FluidProperties<D>,
         options: Options,
         walls: Walls<D>,
-        interface: InterfaceParticles,
+        interface: InterfaceParticles<D>,
         initial: &State<D>,
     ) -> Result<Self, Error> {
         for (key, value) in [
@@ -54,9 +56,13 @@ impl<const D: usize> Fluid<D> for Isph<D> {
                 return Err(Error::Setting { key, value: value.to_string(), remedy: "it must be positive" });
             }
         }
-        if interface.volumes.len() != interface.densities.len() {
-            let (found, expected) = (interface.densities.len(), interface.volumes.len());
-            return Err(Error::InterfaceLength { field: "densities", found, expected });
+        let expected = interface.volumes.len();
+        for (field, found) in
+            [("densities", interface.densities.len()), ("positions", interface.positions.len())]
+        {
+            if found != expected {
+                return Err(Error::InterfaceLength { field, found, expected });
+            }
         }
         let kernel = CubicSpline::new(options.smoothing_ratio * properties.spacing);
         let period = Period::new(&properties.periodic, &properties.domain);
@@ -72,10 +78,10 @@ impl<const D: usize> Fluid<D> for Isph<D> {
         let reference_velocity = options
             .reference_velocity
             .unwrap_or_else(|| accounting::reference_velocity(&properties, initial));
-        let interface_spacings = interface.volumes.iter().map(|v| v.powf(1.0 / D as f64)).collect();
+        let sampling = Sampling::new(&interface, properties.spacing, |at| walls.fill(at));
         let compliance = if options.compliance {
             let share = options.structure_velocity.compliance();
-            interface.densities.iter().map(|rho| share / rho).collect()
+            interface.densities.iter().map(|&rho| if rho > 0.0 { share / rho } else { 0.0 }).collect()
         } else {
             Vec::new()
         };
@@ -86,7 +92,7 @@ impl<const D: usize> Fluid<D> for Isph<D> {
             kernel,
             walls,
             interface,
-            interface_spacings,
+            sampling,
             compliance,
             reference_velocity,
             lattice_concentration,
@@ -119,9 +125,9 @@ impl<const D: usize> Fluid<D> for Isph<D> {
         let fastest = structure_velocities.iter().map(Vector::norm).fold(fastest, f64::max);
         let mut dt = self.options.courant * h / fastest.max(1e-12);
         if state.last_dt > 0.0 {
-            dt = dt.min(self.options.growth * state.last_dt);
+            dt = dt.min(self.options.time_step_growth * state.last_dt);
         }
-        let viscosity = self.properties.kinematic_viscosity + self.approach_viscosity();
+        let viscosity = self.properties.kinematic_viscosity + self.artificial_viscosity();
         if viscosity > 0.0 {
             dt = dt.min(0.125 * h * h / viscosity);
         }
@@ -175,7 +181,7 @@ impl<const D: usize> Fluid<D> for Isph<D> {
 }
 
 impl<const D: usize> Isph<D> {
-    pub(crate) fn approach_viscosity(&self) -> f64 {
-        self.options.approach_viscosity * self.smoothing_length() * self.reference_velocity
+    pub(crate) fn artificial_viscosity(&self) -> f64 {
+        self.options.artificial_viscosity * self.smoothing_length() * self.reference_velocity
     }
 }

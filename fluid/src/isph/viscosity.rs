@@ -31,7 +31,7 @@ pub struct ViscousInput<'a, const D: usize> {
     /// Smoothing length (m), the filter width of Eq. (10).
     pub smoothing_length: f64,
     /// Viscosity (m²/s) added between approaching particles.
-    pub approach_viscosity: f64,
+    pub artificial_viscosity: f64,
 }
 
 /// Corrected velocity gradient of particle `a`, Eq. (2): entry (i, j) is `∂u_i/∂x_j` (1/s), over fluid
@@ -74,14 +74,14 @@ pub fn accelerations<const D: usize>(
     out.par_iter_mut().with_min_len(128).enumerate().for_each(|(a, acceleration)| {
         let pairs = &input.neighbourhood.fluid_pairs[list.range(a)];
         let mut sum = Vector::zeros();
-        let fitted = options.viscous_operator == ViscousOperator::FatehiManzari;
+        let fitted = options.viscosity_operator == ViscousOperator::FatehiManzari;
         for (&b, pair) in list.of(a).iter().zip(pairs) {
             let b = b as usize;
             let u = input.velocities[b] - input.velocities[a];
             let mut nu = if fitted { 0.0 } else { 0.5 * (viscosities[a] + viscosities[b]) };
-            if input.approach_viscosity > 0.0 {
+            if input.artificial_viscosity > 0.0 {
                 let r = input.neighbourhood.period.nearest(input.positions[b] - input.positions[a]);
-                nu += if u.dot(&r) < 0.0 { input.approach_viscosity } else { 0.0 };
+                nu += if u.dot(&r) < 0.0 { input.artificial_viscosity } else { 0.0 };
             }
             sum += u * (nu * pair.stiffness());
         }

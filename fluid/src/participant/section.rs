@@ -2,7 +2,7 @@
 
 use crate::isph::options::{Options, Scheme};
 use interfaces::case::section::{Json, Sections, and_with, laid_over, schema_of, to_table};
-use interfaces::case::{Findings, typed};
+use interfaces::case::{Case, Findings};
 use toml::Table;
 
 /// What this solver brings to the case file.
@@ -27,7 +27,7 @@ pub fn options(written: &Table) -> Result<Options, toml::de::Error> {
     laid_over(&to_table(&of_scheme), written)
 }
 
-fn resolve(file: &mut typed::CaseFile, findings: &mut Findings) {
+fn resolve(file: &mut Case, findings: &mut Findings) {
     let Some(fluid) = &mut file.fluid else { return };
     let options = match options(&fluid.numerics) {
         Ok(options) => options,
@@ -43,7 +43,7 @@ fn resolve(file: &mut typed::CaseFile, findings: &mut Findings) {
         findings.add("fluid.numerics.surface_thresholds", "do not grow", "write the lower threshold first");
     }
     // Two supports of a kernel, so that a pair of particles meets once.
-    let least = 4.0 * options.smoothing_ratio * fluid.particle_spacing.unwrap_or(file.case.particle_spacing);
+    let least = 4.0 * options.smoothing_ratio * fluid.particle_spacing;
     for (i, axis) in fluid.periodic.iter().enumerate() {
         let (low, high) = (fluid.domain.low.get(axis.index()), fluid.domain.high.get(axis.index()));
         let length = low.zip(high).map(|(low, high)| high - low);

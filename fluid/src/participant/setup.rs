@@ -2,10 +2,9 @@
 
 use super::{failed, section};
 use crate::{FluidProperties, Motion, Options, State, WallPart, WallShape, Walls};
-use interfaces::ParticipantError;
-use interfaces::case::region::{FluidVelocity, Region, RegionShape};
-use interfaces::case::resolved::{self, MotionPath};
-use interfaces::case::typed::Slip;
+use interfaces::Result;
+use interfaces::case::fluid::{self, Slip};
+use interfaces::case::region::{FluidVelocity, Region};
 use interfaces::case::{AxisBox, Case};
 use sph::Vector;
 use sph::lattice::{Lattice, jittered};
@@ -21,16 +20,16 @@ pub struct Made<const D: usize> {
 }
 
 /// The fluid that the case describes.
-pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantError> {
+pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
     let fluid = case.fluid.as_ref().ok_or_else(|| failed("the case has no fluid"))?;
     let spacing = fluid.particle_spacing;
     let (mut positions, mut velocities, mut volume) = (Vec::new(), Vec::new(), 0.0);
     for region in &fluid.regions {
-        let bounds = corners::<D>(&region.shape.bounds());
+        let bounds = corners::<D>(&region.shape().expect("a region of a checked case has a shape"));
         let lattice = Lattice::fill_box(bounds.0, bounds.1, spacing);
         let cell = lattice.cell_volume();
         let mut points = lattice.positions;
-        if let RegionShape::Ball { ball } = &region.shape {
+        if let Some(ball) = &region.ball {
             let centre = Vector::from_column_slice(&ball.centre);
             points.retain(|p| (p - centre).norm() < ball.radius);
         }
@@ -90,34 +89,36 @@ pub(super) fn corners<const D: usize>(bounds: &AxisBox) -> (Vector<D>, Vector<D>
     (Vector::from_column_slice(&bounds.low), Vector::from_column_slice(&bounds.high))
 }
 
-fn wall_part<const D: usize>(wall: &resolved::Wall) -> WallPart<D> {
-    let shape = match &wall.shape {
-        resolved::WallShape::Box { bounds } => {
+fn wall_part<const D: usize>(wall: &fluid::Wall) -> WallPart<D> {
+    let shape = match (&wall.bounds, &wall.polyline, wall.solid_side) {
+        (Some(bounds), ..) => {
             let (low, high) = corners(bounds);
             WallShape::Box { low, high }
         }
-        resolved::WallShape::Polyline { points, solid_side } => WallShape::Polyline {
-            points: points.iter().map(|p| Vector::from_column_slice(p)).collect(),
-            solid: *solid_side,
-        },
+        (None, Some(points), Some(solid)) => {
+            let points = points.iter().map(|p| Vector::from_column_slice(p)).collect();
+            WallShape::Polyline { points, solid }
+        }
+        _ => unreachable!("a wall of a checked case is a box, or a polyline with its solid side"),
     };
     let velocity = Vector::from_column_slice(&wall.velocity);
     WallPart { name: wall.name.clone(), shape, velocity, motion: wall.motion.as_ref().map(motion) }
 }
 
-fn motion<const D: usize>(from: &resolved::WallMotion) -> Motion<D> {
-    let law = from.law.clone();
-    match &from.path {
-        MotionPath::Along { direction } => {
+fn motion<const D: usize>(from: &fluid::WallMotion) -> Motion<D> {
+    let law = from.law().expect("a motion of a checked case has a law");
+    match (&from.direction, &from.pivot) {
+        (Some(direction), _) => {
             let direction: Vector<D> = Vector::from_column_slice(direction);
             Motion::Translation { direction: direction.normalize(), law }
         }
-        MotionPath::About { pivot } => Motion::Rotation { pivot: Vector::from_column_slice(pivot), law },
+        (None, Some(pivot)) => Motion::Rotation { pivot: Vector::from_column_slice(pivot), law },
+        (None, None) => unreachable!("a motion of a checked case has a direction or a pivot"),
     }
 }
 
 /// The options that the case describes: its numerics, and what the coupling asks of the fluid.
-fn options(case: &Case, fluid: &resolved::Fluid) -> Result<Options, ParticipantError> {
+fn options(case: &Case, fluid: &fluid::Fluid) -> Result<Options> {
     let of_numerics = section::options(&fluid.numerics).map_err(failed)?;
     let no_slip_walls = fluid.walls.iter().any(|w| w.slip == Slip::NoSlip);
     let of_fluid =

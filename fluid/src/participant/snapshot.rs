@@ -3,7 +3,7 @@
 use super::failed;
 use crate::boundaries::walls::Walls;
 use crate::particles::state::State;
-use interfaces::ParticipantError;
+use interfaces::Result;
 use output::{ParticleFrame, PointArray, Series, Values};
 use sph::Vector;
 use std::path::{Path, PathBuf};
@@ -18,17 +18,13 @@ pub struct Snapshots {
 
 impl Snapshots {
     /// Starts the series in the folder `out`.
-    pub fn create(out: &Path) -> Result<Self, ParticipantError> {
+    pub fn create(out: &Path) -> Result<Self> {
         let series = Series::create(out, "fluid").map_err(failed)?;
         Ok(Self { series, out: out.to_owned(), walls: None })
     }
 
     /// Writes the walls' particles at `time` (s), at which they are.
-    pub fn write_walls<const D: usize>(
-        &mut self,
-        time: f64,
-        walls: &Walls<D>,
-    ) -> Result<(), ParticipantError> {
+    pub fn write_walls<const D: usize>(&mut self, time: f64, walls: &Walls<D>) -> Result<()> {
         if walls.positions.is_empty() {
             return Ok(());
         }
@@ -46,11 +42,7 @@ impl Snapshots {
 
     /// Writes the next snapshot, at `time` (s): particles in the order of their numbers, whatever that of the
     /// state is.
-    pub fn write<const D: usize, M>(
-        &mut self,
-        time: f64,
-        state: &State<D, M>,
-    ) -> Result<(), ParticipantError> {
+    pub fn write<const D: usize, M>(&mut self, time: f64, state: &State<D, M>) -> Result<()> {
         let order = state.by_id();
         let (positions, velocities) = (flat(&order, &state.positions), flat(&order, &state.velocities));
         let pressures = arranged(&order, |a| state.pressures[a]);
@@ -75,7 +67,7 @@ impl Snapshots {
         time: f64,
         accepted: &State<D, M>,
         fields: &[(&'static str, &[f64])],
-    ) -> Result<PathBuf, ParticipantError> {
+    ) -> Result<PathBuf> {
         let order = accepted.by_id();
         let or_zero = |values: &[f64]| arranged(&order, |a| values.get(a).copied().unwrap_or(0.0));
         let (positions, velocities) = (flat(&order, &accepted.positions), flat(&order, &accepted.velocities));

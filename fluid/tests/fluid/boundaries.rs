@@ -250,7 +250,7 @@ fn flow_between_plates_is_poiseuille_s_parabola() {
         ];
         let options = Options {
             no_slip_walls: true,
-            approach_viscosity: 0.0,
+            artificial_viscosity: 0.0,
             smagorinsky: 0.0,
             reference_velocity: Some(top_speed),
             ..Options::default()
@@ -287,7 +287,7 @@ fn vortices_decay_by_viscosity_in_a_periodic_square() {
         ..water(dx)
     };
     let options = Options {
-        approach_viscosity: 0.0,
+        artificial_viscosity: 0.0,
         smagorinsky: 0.0,
         reference_velocity: Some(1.0),
         ..Options::default()

@@ -56,8 +56,8 @@ fn conjugate_gradients_agree_with_a_dense_factorisation() {
     let operator = PressureOperator {
         pair: AdjointPair { neighbourhood: &neighbourhood, along: &along, own: &own },
         inverse_density,
-        compliance: &[],
-        laplacian_share: 0.1,
+        yielding: None,
+        pressure_stabilization: 0.1,
         wide_share: 1.0,
         extra_diagonal: &extra,
         free: &free,

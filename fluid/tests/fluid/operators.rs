@@ -1,9 +1,11 @@
 //! Discrete operators: by hand on few particles, and the properties the method stands on.
 
+use fluid::InterfaceParticles;
+use fluid::boundaries::sampling::Sampling;
 use fluid::isph::correction::second_derivative_correction;
 use fluid::isph::pressure::adjoint_pair::{self, AdjointPair};
 use fluid::isph::pressure::along::{Along, BoundaryVelocities};
-use fluid::isph::pressure::pressure_operator::{OperatorScratch, PressureOperator};
+use fluid::isph::pressure::pressure_operator::{OperatorScratch, PressureOperator, Yielding};
 use fluid::particles::neighbourhood::{Bodies, Neighbourhood};
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
@@ -180,12 +182,22 @@ fn a_pressure_that_is_linear_along_a_face_is_met_as_inside() {
 
 #[test]
 fn the_pressure_operator_is_symmetric_positive_and_its_diagonal_is_right() {
-    operator_is_symmetric_positive(false);
-    operator_is_symmetric_positive(true);
+    let structure = block::<2>(9, 0.2).structure;
+    let volumes = vec![1.0; structure.len()];
+    let fine = InterfaceParticles { densities: vec![300.0; volumes.len()], positions: structure, volumes };
+    // As many boundary points, three of each particle.
+    let positions = (0..9).map(|i| Vector::from([f64::from(i % 3), f64::from(i / 3) * 3.0])).collect();
+    let coarse = InterfaceParticles { positions, densities: vec![300.0; 9], volumes: vec![3.0; 9] };
+    for particles in [fine, coarse] {
+        let sampling = Sampling::new(&particles, 1.0, |_| false);
+        assert_eq!(sampling.len(), 27);
+        operator_is_symmetric_positive(false, &sampling, particles.volumes.len());
+        operator_is_symmetric_positive(true, &sampling, particles.volumes.len());
+    }
 }
 
-fn operator_is_symmetric_positive(carries: bool) {
-    let Block { neighbourhood, fluid, structure } = block::<2>(9, 0.2);
+fn operator_is_symmetric_positive(carries: bool, sampling: &Sampling, particles: usize) {
+    let Block { neighbourhood, fluid, .. } = block::<2>(9, 0.2);
     let mut own = Vec::new();
     let along = along(&neighbourhood, carries);
     adjoint_pair::own_gradients(&neighbourhood, &along, &mut own);
@@ -193,12 +205,12 @@ fn operator_is_symmetric_positive(carries: bool) {
     let mut random = Random(11);
     let free: Vec<bool> = (0..n).map(|a| a % 7 != 0).collect();
     let extra = vec![1e-6; n];
-    let compliance = vec![1.0 / 300.0; structure.len()];
-    let operator = |compliance| PressureOperator {
+    let compliance = vec![1.0 / 300.0; particles];
+    let operator = |yielding| PressureOperator {
         pair: AdjointPair { neighbourhood: &neighbourhood, along: &along, own: &own },
         inverse_density: 1e-3,
-        compliance,
-        laplacian_share: 0.1,
+        yielding,
+        pressure_stabilization: 0.1,
         wide_share: 1.0,
         extra_diagonal: &extra,
         free: &free,
@@ -212,12 +224,12 @@ fn operator_is_symmetric_positive(carries: bool) {
     let mut vector = || -> Vec<f64> { free.iter().map(|f| if *f { random.next() } else { 0.0 }).collect() };
     let (p, q) = (vector(), vector());
     let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
-    let yielding = operator(compliance.as_slice());
+    let yielding = operator(Some(Yielding { sampling, compliance: &compliance }));
     let (ap, aq) = (apply(&yielding, &p), apply(&yielding, &q));
     assert!((dot(&q, &ap) - dot(&p, &aq)).abs() < 1e-13 * dot(&p, &ap).abs());
     assert!(dot(&p, &ap) > 0.0 && dot(&q, &aq) > 0.0);
     // A structure that yields takes energy too.
-    let stiff = operator(&[]);
+    let stiff = operator(None);
     assert!(dot(&p, &apply(&stiff, &p)) < dot(&p, &ap));
     let mut diagonal = Vec::new();
     stiff.diagonal(&mut diagonal);

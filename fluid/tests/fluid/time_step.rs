@@ -27,7 +27,7 @@ struct Case {
     properties: FluidProperties<2>,
     walls: Vec<WallPart<2>>,
     state: State<2>,
-    interface: InterfaceParticles,
+    interface: InterfaceParticles<2>,
     structure: Vec<V>,
 }
 
@@ -76,8 +76,11 @@ impl Case {
         let WallShape::Box { low, high } = part.shape else { unreachable!() };
         self.structure = Lattice::<2>::fill_box(low, v(high.x, 0.5 * high.y), dx).positions;
         let count = self.structure.len();
-        self.interface =
-            InterfaceParticles { volumes: vec![dx * dx; count], densities: vec![density; count] };
+        self.interface = InterfaceParticles {
+            positions: self.structure.clone(),
+            volumes: vec![dx * dx; count],
+            densities: vec![density; count],
+        };
         self
     }
 }
@@ -316,6 +319,7 @@ fn a_swinging_gate_leaks_nothing() {
     case.walls.push(wall("above", v(0.1, 0.079), v(0.12, 0.2)));
     let structure = Lattice::<2>::fill_box(v(0.1, 0.0), v(0.11, 0.079), 0.0025).positions;
     case.interface = InterfaceParticles {
+        positions: structure.clone(),
         volumes: vec![0.0025f64.powi(2); structure.len()],
         densities: vec![1100.0; structure.len()],
     };
@@ -371,7 +375,11 @@ fn a_structure_under_still_water_carries_its_weight() {
     case.walls[2] = wall("right", v(width, -2.0 * thick), v(width + thick, 1.0));
     case.structure = Lattice::<2>::fill_box(v(0.0, -thick), v(width, 0.0), dx).positions;
     let volumes = vec![dx * dx; case.structure.len()];
-    case.interface = InterfaceParticles { densities: vec![2000.0; volumes.len()], volumes };
+    case.interface = InterfaceParticles {
+        positions: case.structure.clone(),
+        densities: vec![2000.0; volumes.len()],
+        volumes,
+    };
     let mut fluid = case.fluid(Options { compliance: false, ..Options::default() });
     let (mut force, mut steps) = (V::zeros(), 0);
     run(&mut case, &mut fluid, 1.0, |time, fluid, _, _| {
@@ -431,6 +439,7 @@ fn light_plate_under_heavy_water(structure_velocity: StructureVelocity, relaxati
     let mass = 1000.0 / 9.0;
     let volume = dx * dx;
     case.interface = InterfaceParticles {
+        positions: plate.clone(),
         volumes: vec![volume; plate.len()],
         densities: vec![mass / (volume * plate.len() as f64); plate.len()],
     };
@@ -504,7 +513,7 @@ fn bad_input_is_an_error_that_says_so() {
     };
     let error = fluid.step(&case.state, 0.0, 1e-3, &input, &mut trial).unwrap_err().to_string();
     assert!(error.contains("particle 3"), "{error}");
-    let mut fluid = case.fluid(Options { iteration_limit: 1, ..Options::default() });
+    let mut fluid = case.fluid(Options { pressure_iterations_limit: 1, ..Options::default() });
     let still = vec![V::zeros(); case.structure.len()];
     let input =
         InterfaceInput { positions: &case.structure, velocities: &still, held_pressure_gradients: &still };

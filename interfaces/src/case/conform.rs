@@ -23,7 +23,9 @@ pub(super) struct Conformity {
 
 /// Holds the table against the schema and mends it.
 pub(super) fn conform(table: &mut Table, schema: &serde_json::Value) -> Conformity {
-    let mut walk = Walk { errors: Vec::new(), renamed: Vec::new(), root: Node::root(schema) };
+    let dimension = table.get("case").and_then(|case| case.get("dimension")?.as_integer());
+    let dimension = dimension.and_then(|d| usize::try_from(d).ok()).filter(|d| (2..=3).contains(d));
+    let mut walk = Walk { errors: Vec::new(), renamed: Vec::new(), root: Node::root(schema), dimension };
     let usable = walk.table(table, walk.root, "");
     Conformity { errors: walk.errors, renamed: walk.renamed, usable }
 }
@@ -36,6 +38,8 @@ struct Walk<'s> {
     errors: Vec<CaseError>,
     renamed: Vec<(String, String)>,
     root: Node<'s>,
+    /// Of space, if the case says one that it can have.
+    dimension: Option<usize>,
 }
 
 impl<'s> Walk<'s> {
@@ -133,7 +137,7 @@ impl<'s> Walk<'s> {
         }
     }
 
-    fn list(&mut self, list: &mut [Value], node: Node<'s>, element: Node<'s>, key: &str) -> bool {
+    fn list(&mut self, list: &mut Vec<Value>, node: Node<'s>, element: Node<'s>, key: &str) -> bool {
         let length = list.len() as f64;
         if node.bound("minItems").is_some_and(|least| length < least)
             || node.bound("maxItems").is_some_and(|most| length > most)
@@ -142,6 +146,16 @@ impl<'s> Walk<'s> {
             let expected = node.bound("minItems").expect("a generated schema bounds both or neither");
             self.report(key, format!("has {length} elements, but must have {expected}"), meaning(node));
             return false;
+        }
+        if let Some(d) = self.dimension.filter(|d| node.is_per_axis() && list.len() != *d) {
+            let (elements, unknown) = match element.kind() {
+                Kind::Number => ("numbers", Value::Float(f64::NAN)),
+                _ => ("rows", vec![f64::NAN; d].into()),
+            };
+            let problem = format!("has {} {elements} in {d} dimensions", list.len());
+            self.report(key, problem, format!("write {d} {elements}"));
+            *list = vec![unknown; d];
+            return true;
         }
         let mut usable = true;
         for (index, value) in list.iter_mut().enumerate() {

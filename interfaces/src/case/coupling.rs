@@ -27,7 +27,6 @@ pub struct Coupling {
     /// Whether a serial explicit window begins with a prediction of the structure. Without one each side
     /// solves once, under the last window's load: a third less to do, for light fluids only. Yes if left out,
     /// only with that scheme.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub prediction: Option<bool>,
     /// Load that the structure's sub-steps see within a window; with an implicit scheme its end is the
     /// iterate (waveform). For structures that take `start_pressure_gradient` or `start_force`; ours does.
@@ -54,22 +53,16 @@ pub struct Coupling {
     /// Order of the extrapolation from the last windows to the first iterate of an implicit scheme; 1 if left
     /// out.
     #[schemars(extend("enum" = [0, 1, 2]))]
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub extrapolation: Option<u32>,
     /// From iterate to iterate of an implicit scheme.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub acceleration: Option<Acceleration>,
     /// When the iterations of an implicit scheme end.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub convergence: Option<Convergence>,
     /// For a structure whose points are not those of the fluid; none if left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<Mapping>,
     /// For a fluid whose points are not the structure's particles; none if left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub fluid_mapping: Option<FluidMapping>,
     /// Steady state at which the run ends; none if left out.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub steady_state: Option<SteadyState>,
 }
 
@@ -155,15 +148,12 @@ impl Default for Acceleration {
 pub struct Convergence {
     /// Limit on the residual of the load (Pa/m); none if left out.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub absolute: Option<f64>,
     /// Limit on the residual over the values; 1e-3 if no limit is given.
     #[schemars(extend("exclusiveMinimum" = 0))]
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
     /// Limit on the residual over that of the window's first iteration; none if left out.
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_relative: Option<f64>,
     /// How several limits go together.
     pub combine: Combine,

@@ -1,17 +1,41 @@
 //! Boxes and their faces. Vectors in the case are lists of as many numbers as the case has dimensions; the
 //! check has compared their lengths.
 
-use schemars::JsonSchema;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::marker::PhantomData;
 use words::geometry::Face;
+
+/// Word of the schema for lists of as many elements as the case has dimensions.
+pub(super) const PER_AXIS: &str = "x-per-axis";
+
+/// The schema of a list with an element for each axis: a vector, or the rows of a matrix.
+pub struct PerAxis<T>(PhantomData<T>);
+
+impl<T: JsonSchema> JsonSchema for PerAxis<T> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> Cow<'static, str> {
+        format!("PerAxis_{}", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "array", "items": generator.subschema_for::<T>(), "x-per-axis": true })
+    }
+}
 
 /// A box along the axes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AxisBox {
     /// Corner with the least coordinates (m).
+    #[schemars(with = "PerAxis<f64>")]
     pub low: Vec<f64>,
     /// Corner with the greatest coordinates (m).
+    #[schemars(with = "PerAxis<f64>")]
     pub high: Vec<f64>,
 }
 
@@ -46,6 +70,15 @@ impl AxisBox {
         if face.sign() < 0.0 { self.low[face.axis()] } else { self.high[face.axis()] }
     }
 
+    /// The box that lies on a face of it, `depth` (m) thick.
+    pub fn beyond(&self, face: Face, depth: f64) -> Self {
+        let mut beyond = self.clone();
+        let at = self.coordinate(face);
+        beyond.low[face.axis()] = at.min(at + face.sign() * depth);
+        beyond.high[face.axis()] = at.max(at + face.sign() * depth);
+        beyond
+    }
+
     /// Whether the point is farther than `tolerance` (m) from the box along some axis.
     pub fn is_clear_of(&self, point: &[f64], tolerance: f64) -> bool {
         let axes = point.iter().zip(self.low.iter().zip(&self.high));
@@ -58,6 +91,7 @@ impl AxisBox {
 #[serde(deny_unknown_fields)]
 pub struct Ball {
     /// Centre (m).
+    #[schemars(with = "PerAxis<f64>")]
     pub centre: Vec<f64>,
     /// Radius (m).
     #[schemars(extend("exclusiveMinimum" = 0))]

@@ -2,42 +2,46 @@
 //!
 //! ```text
 //! case.toml ── document (table, with lines) ── overrides (--set) ── conform (keys, types)
-//!           ── typed (as written) ── check (numbers, geometry, names) ── resolve ── Case (nothing optional)
+//!           ── defaults (that follow from other keys) ── Case ── check (numbers, geometry, names)
 //! ```
 //!
-//! Start at [`Case::load`]. [`resolved`] is what solvers read, [`typed`] what users write and what the JSON
-//! schema describes; solvers bring [`section`]s of their own. All mistakes of a case are found before any is
-//! reported ([`CaseErrors`]). [`docs`] writes the tables of `docs/case-file.md`.
+//! Start at [`Case::load`]. `keys` is what users write, what the JSON schema describes and what solvers
+//! read; solvers bring [`section`]s of their own. All mistakes of a case are found before any is reported
+//! ([`CaseErrors`]). [`docs`] writes the tables of `docs/case-file.md`.
 
 mod check;
 mod conform;
 pub mod coupling;
+mod defaults;
 pub mod docs;
 mod document;
 mod errors;
 mod findings;
+pub mod fluid;
 pub mod geometry;
+mod keys;
 mod nearest;
+pub mod participant;
+pub mod probe;
 pub mod region;
-mod resolve;
-pub mod resolved;
 mod schema;
 pub mod section;
-pub mod typed;
+pub mod structure;
 pub mod unit;
 pub mod velocity;
 
 pub use errors::{CaseError, CaseErrors};
 pub use findings::Findings;
 pub use geometry::{AxisBox, Ball, array};
-pub use resolved::Case;
+pub use keys::{Case, General};
 pub use schema::schema;
 pub use section::Sections;
 
 use document::Document;
-use resolved::Start;
+use participant::StartWord;
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
+use toml::Value;
 
 impl Case {
     /// Reads the case file at `path`, or `case.toml` in the folder `path`, with `overrides`
@@ -81,13 +85,15 @@ impl Case {
         errors.extend(conformity.errors);
         conformity.renamed.iter().for_each(|(written, meant)| document.take_for(written, meant));
         if conformity.usable {
-            let mut typed: typed::CaseFile = table.try_into().map_err(|error: toml::de::Error| {
+            let coupling = table.get("coupling").and_then(Value::as_table).cloned();
+            defaults::fill_in(&mut table);
+            let mut case: Self = table.try_into().map_err(|error: toml::de::Error| {
                 fail(vec![CaseError::new("", error.message(), "compare the file with the schema")])
             })?;
-            typed.seek_files_from(file);
-            errors.extend(check::check(&mut typed, solvers));
+            case.seek_files_from(file);
+            errors.extend(check::check(&mut case, coupling.as_ref(), solvers));
             if errors.is_empty() {
-                return Ok(resolve::resolve(typed));
+                return Ok(case);
             }
         }
         let mut errors: Vec<_> = errors.into_iter().map(|error| document.locate(error)).collect();
@@ -112,9 +118,9 @@ impl Case {
             same.structure.as_mut().map(|structure| &mut structure.participant),
         ];
         for start in starts.into_iter().flatten() {
-            match start {
-                Start::Fmu(unit) => unit.file = PathBuf::new(),
-                other => *other = Start::Own,
+            match &mut start.fmu {
+                Some(file) => *file = PathBuf::new(),
+                None => (start.start, start.command) = (Some(StartWord::Own), None),
             }
         }
         Sha256::digest(same.to_toml()).iter().map(|byte| format!("{byte:02x}")).collect()

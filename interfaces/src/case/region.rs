@@ -1,56 +1,67 @@
 //! How fluid is at the start: where it is, and how it moves.
 
-use super::geometry::{AxisBox, Ball};
+use super::geometry::{AxisBox, Ball, PerAxis};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
-/// `[[fluid.region]]`: a box or a ball full of fluid at the start.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+/// A box or a ball full of fluid at the start.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 pub struct Region {
     /// Name.
     pub name: String,
-    /// Its shape.
-    #[serde(flatten)]
-    pub shape: RegionShape,
-    /// Velocity at the start.
+    /// Its box.
+    #[serde(rename = "box")]
+    pub bounds: Option<AxisBox>,
+    /// Its ball; in two dimensions a disc.
+    pub ball: Option<Ball>,
+    /// Velocity at the start: a vector (m/s) or a shape; at rest if left out.
+    #[schemars(with = "Option<FluidVelocity>")]
     pub velocity: FluidVelocity,
-    /// Gradient `G` of the velocity at the start (1/s), row by row: `G·(r − centre)` is added to the
-    /// velocity.
+    /// Gradient of the velocity at the start (1/s), row by row: G·r is added to the velocity, r from the
+    /// region's centre.
+    #[schemars(with = "Option<PerAxis<PerAxis<f64>>>")]
     pub velocity_gradient: Vec<Vec<f64>>,
-    /// A standing wave at rest at its greatest height, on the box's upper face.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// A standing wave at rest at its greatest height, on the box's upper face; two dimensions only.
     pub wave: Option<StandingWave>,
     /// Random displacement of its particles from the lattice, at most this times Δx along each axis.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0, "maximum" = 0.5))]
     pub jitter: f64,
     /// Seed of the random displacement.
+    #[serde(default)]
     pub seed: u32,
 }
 
-/// Shape of a region.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(untagged)]
-pub enum RegionShape {
-    /// A box.
-    Box {
-        /// The box.
-        #[serde(rename = "box")]
-        bounds: AxisBox,
-    },
-    /// A ball; in two dimensions a disc.
-    Ball {
-        /// The ball.
-        ball: Ball,
-    },
-}
+impl Region {
+    /// The box that just holds it; none of a region without a shape, which no checked case has.
+    pub fn shape(&self) -> Option<AxisBox> {
+        self.bounds.clone().or_else(|| Some(self.ball.as_ref()?.bounds()))
+    }
 
-impl RegionShape {
-    /// The box that just holds it.
-    pub fn bounds(&self) -> AxisBox {
-        match self {
-            Self::Box { bounds } => bounds.clone(),
-            Self::Ball { ball } => ball.bounds(),
-        }
+    /// Greatest speed (m/s) at the start, that of its velocity and of its velocity gradient at the corners of
+    /// its box added up (for a ball, at the ends of its axes).
+    pub fn greatest_speed(&self) -> f64 {
+        let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let uniform = match &self.velocity {
+            FluidVelocity::Uniform(v) => norm(v),
+            FluidVelocity::Mode(mode) => mode.speed,
+        };
+        let Some(shape) = self.shape() else { return uniform };
+        let half: Vec<f64> = shape.extent().iter().map(|length| 0.5 * length).collect();
+        let axes = half.len();
+        let times = |r: &[f64]| -> Vec<f64> {
+            self.velocity_gradient.iter().map(|row| row.iter().zip(r).map(|(g, x)| g * x).sum()).collect()
+        };
+        let arms: Vec<Vec<f64>> = if self.bounds.is_some() {
+            let end = |corner: usize, i: usize| if corner >> i & 1 == 1 { half[i] } else { -half[i] };
+            (0..1usize << axes).map(|corner| (0..axes).map(|i| end(corner, i)).collect()).collect()
+        } else {
+            let end = |axis: usize, i: usize| if i == axis { half[i] } else { 0.0 };
+            (0..axes).map(|axis| (0..axes).map(|i| end(axis, i)).collect()).collect()
+        };
+        uniform + arms.iter().map(|arm| norm(&times(arm))).fold(0.0, f64::max)
     }
 }
 
@@ -59,7 +70,7 @@ impl RegionShape {
 #[serde(untagged)]
 pub enum FluidVelocity {
     /// The same everywhere (m/s).
-    Uniform(Vec<f64>),
+    Uniform(#[schemars(with = "PerAxis<f64>")] Vec<f64>),
     /// A shape.
     Mode(TaylorGreen),
 }
@@ -120,48 +131,21 @@ impl StandingWave {
     }
 }
 
-/// Greatest speed (m/s) of a region at the start, that of its velocity and of its velocity gradient at the
-/// corners of its box added up (for a ball, at the ends of its axes).
-pub fn greatest_speed(
-    velocity: Option<&FluidVelocity>,
-    gradient: Option<&[Vec<f64>]>,
-    shape: Option<&RegionShape>,
-) -> f64 {
-    let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
-    let uniform = match velocity {
-        Some(FluidVelocity::Uniform(v)) => norm(v),
-        Some(FluidVelocity::Mode(mode)) => mode.speed,
-        None => 0.0,
-    };
-    let (Some(gradient), Some(shape)) = (gradient, shape) else { return uniform };
-    let half: Vec<f64> = shape.bounds().extent().iter().map(|length| 0.5 * length).collect();
-    let axes = half.len();
-    let times = |r: &[f64]| -> Vec<f64> {
-        gradient.iter().map(|row| row.iter().zip(r).map(|(g, x)| g * x).sum()).collect()
-    };
-    let arms: Vec<Vec<f64>> = match shape {
-        RegionShape::Box { .. } => (0..1usize << axes)
-            .map(|corner| (0..axes).map(|i| if corner >> i & 1 == 1 { half[i] } else { -half[i] }).collect())
-            .collect(),
-        RegionShape::Ball { .. } => {
-            (0..axes).map(|axis| (0..axes).map(|i| if i == axis { half[i] } else { 0.0 }).collect()).collect()
-        }
-    };
-    uniform + arms.iter().map(|arm| norm(&times(arm))).fold(0.0, f64::max)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn speeds_at_the_start_are_those_of_the_edge() {
-        let ball = RegionShape::Ball { ball: Ball { centre: vec![3.0, 1.0], radius: 2.0 } };
-        let bounds = AxisBox { low: vec![0.0, 0.0], high: vec![6.0, 8.0] };
-        let gradient = [vec![-1.0, 0.0], vec![0.0, 1.0]];
-        assert_eq!(greatest_speed(None, Some(&gradient), Some(&ball)), 2.0);
-        let v = FluidVelocity::Uniform(vec![0.6, 0.8]);
-        assert_eq!(greatest_speed(Some(&v), Some(&gradient), Some(&RegionShape::Box { bounds })), 6.0);
+        let region = |shape: &str, velocity: [f64; 2]| -> Region {
+            let gradient = "velocity_gradient = [[-1.0, 0.0], [0.0, 1.0]]";
+            let text = format!("name = \"drop\"\n{shape}\nvelocity = {velocity:?}\n{gradient}");
+            toml::from_str(&text).unwrap()
+        };
+        let ball = region("ball = { centre = [3.0, 1.0], radius = 2.0 }", [0.0, 0.0]);
+        assert_eq!(ball.greatest_speed(), 2.0);
+        let bounds = region("box = { low = [0.0, 0.0], high = [6.0, 8.0] }", [0.6, 0.8]);
+        assert_eq!(bounds.greatest_speed(), 6.0);
     }
 
     #[test]

@@ -1,14 +1,15 @@
-//! The JSON schema of the case file, made of [`super::typed`] and of the sections that solvers bring: for
+//! The JSON schema of the case file, made of [`super::keys`] and of the sections that solvers bring: for
 //! editors, for [`super::conform`] and for [`super::docs`].
 
 use super::coupling;
+use super::geometry::PER_AXIS;
+use super::keys::Case;
 use super::section::Sections;
-use super::typed::CaseFile;
 use serde_json::{Map, Value, json};
 
 /// The schema (JSON Schema 2020-12) of a `case.toml` with the sections of these solvers.
 pub fn schema(solvers: &[Sections]) -> Value {
-    let mut schema = schemars::schema_for!(CaseFile).to_value();
+    let mut schema = schemars::schema_for!(Case).to_value();
     schema["title"] = json!("meniscus case");
     put_section(&mut schema, "coupling", coupling::schema());
     for (place, section) in solvers.iter().flat_map(|solver| solver.schemas) {
@@ -224,6 +225,11 @@ impl<'s> Node<'s> {
             .iter()
             .filter_map(|word| Some((text(word, "const")?, text(word, "description").unwrap_or_default())))
             .collect()
+    }
+
+    /// Whether it is a list with an element for each axis.
+    pub fn is_per_axis(&self) -> bool {
+        self.target.contains_key(PER_AXIS)
     }
 
     /// What it is where it is left out.

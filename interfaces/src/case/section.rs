@@ -6,13 +6,17 @@
 //! from the type ([`schema_of`]).
 
 use super::findings::Findings;
-use super::typed::CaseFile;
+use super::keys::Case;
 use schemars::JsonSchema;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 pub use serde_json::Value as Json;
 use serde_json::json;
+use std::collections::BTreeMap;
 use toml::{Table, Value};
+
+/// Schema of a table that others describe.
+pub(super) type AnyTable = BTreeMap<String, Json>;
 
 /// Where a section stands (`fluid.numerics`), and what makes its JSON schema.
 pub type Section = (&'static str, fn() -> Json);
@@ -24,7 +28,7 @@ pub struct Sections {
     pub schemas: &'static [Section],
     /// Fills in what the sections, and keys elsewhere that only the solver can decide, leave out, and reports
     /// what types cannot say. It runs before the checks of the rest. A number that was found wrong is NaN.
-    pub resolve: fn(&mut CaseFile, &mut Findings),
+    pub resolve: fn(&mut Case, &mut Findings),
 }
 
 /// `written` laid over the defaults of the keys that it leaves out.

@@ -11,57 +11,40 @@ use std::collections::BTreeMap;
 #[serde(deny_unknown_fields)]
 pub struct Variables {
     /// Position of the interface points (m): the structure gives it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<Source>,
     /// Velocity of the interface points (m/s): the structure gives it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub velocity: Option<Source>,
     /// Reference volume of the interface points (m³), once: the structure gives it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub reference_volume: Option<Source>,
     /// Density at the interface points (kg/m³), once: the structure gives it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub density: Option<Source>,
     /// Facets of the boundary, once: a structure with points of its own gives them.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub facets: Option<Source>,
     /// Pressure gradient at the interface points (Pa/m): the fluid gives it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure_gradient: Option<Source>,
     /// Pressure at the interface points (Pa): the fluid gives it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub pressure: Option<Source>,
     /// What the fluid received from the interface points (Pa/m): the fluid gives it, for condition (46).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub pair_reaction: Option<Source>,
     /// Normals of the interface points: the fluid gives them, for condition (46).
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub normal: Option<Source>,
     /// Pressure gradient of the last window (Pa/m): a fluid takes it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub held_pressure_gradient: Option<Source>,
     /// Pressure gradient at the window's start (Pa/m): a structure takes it, where the load is linear within
     /// a window.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub start_pressure_gradient: Option<Source>,
     /// Positions of its own points at the start (m): a fluid with such points gives them.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub own_position: Option<Source>,
     /// Displacement of its own points since the start (m): a fluid with such points takes it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement: Option<Source>,
     /// Force on its own points (N): a structure with such points takes it, a fluid gives it.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub force: Option<Source>,
     /// Force at the window's start (N): a structure with points of its own takes it, where the load is linear
     /// within a window.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub start_force: Option<Source>,
     /// Largest next step that the FMU takes (s); `largest_step` if left out and there, otherwise any.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub window_limit: Option<String>,
     /// Its own sub-steps in the last step; `steps_taken` if left out and there, otherwise 1.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub sub_steps: Option<String>,
 }
 

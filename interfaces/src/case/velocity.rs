@@ -1,5 +1,6 @@
 //! How a body moves at the start.
 
+use super::geometry::PerAxis;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use words::geometry::Face;
@@ -9,7 +10,7 @@ use words::geometry::Face;
 #[serde(untagged)]
 pub enum InitialVelocity {
     /// The same everywhere (m/s).
-    Uniform(Vec<f64>),
+    Uniform(#[schemars(with = "PerAxis<f64>")] Vec<f64>),
     /// A shape.
     Mode(CantileverVelocity),
 }
@@ -25,6 +26,7 @@ pub struct CantileverVelocity {
     /// Face from which s counts.
     pub clamped_face: Face,
     /// Velocity at the opposite face (m/s).
+    #[schemars(with = "PerAxis<f64>")]
     pub tip_velocity: Vec<f64>,
 }
 

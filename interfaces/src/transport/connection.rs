@@ -5,8 +5,8 @@ mod raw;
 use super::link::{Link, Received};
 use super::peer::{Alive, Peer};
 use super::{Address, Traffic};
-use crate::ParticipantError;
 use crate::protocol::{Kind, MessageHeader, Payload, VERSION, unpack, words};
+use crate::{ParticipantError, Result};
 use ::words::text::{EXPLANATION, tame};
 use std::cell::Cell;
 use std::rc::Rc;
@@ -32,7 +32,7 @@ pub struct Connection<L: Link> {
 
 impl<L: Link> Connection<L> {
     /// The coupler's side; it creates the link.
-    pub fn create(address: &Address, stop: Arc<AtomicBool>) -> Result<Self, ParticipantError> {
+    pub fn create(address: &Address, stop: Arc<AtomicBool>) -> Result<Self> {
         Ok(Self::over(L::create(address)?, stop))
     }
 
@@ -43,7 +43,7 @@ impl<L: Link> Connection<L> {
         deadline: Duration,
         stop: Arc<AtomicBool>,
         mut alive: Alive,
-    ) -> Result<Self, ParticipantError> {
+    ) -> Result<Self> {
         let end = Instant::now() + deadline;
         let during = || format!("while looking for the coupler of {address}");
         let link = L::open(address, &mut || {
@@ -94,7 +94,7 @@ impl<L: Link> Connection<L> {
         payload: &Payload<'_>,
         wake: bool,
         during: impl Fn() -> String,
-    ) -> Result<(), ParticipantError> {
+    ) -> Result<()> {
         let started = Instant::now();
         let header = MessageHeader {
             scalars: payload.scalars.len() as u64,
@@ -135,11 +135,7 @@ impl<L: Link> Connection<L> {
     }
 
     /// Waits for the next message. `during` names what is waited for.
-    pub fn receive(
-        &mut self,
-        deadline: Duration,
-        during: impl Fn() -> String,
-    ) -> Result<Message<L>, ParticipantError> {
+    pub fn receive(&mut self, deadline: Duration, during: impl Fn() -> String) -> Result<Message<L>> {
         let started = Instant::now();
         let message = self.wait(started, deadline, &during);
         self.count(|traffic| traffic.waiting_seconds += started.elapsed().as_secs_f64());
@@ -157,7 +153,7 @@ impl<L: Link> Connection<L> {
         started: Instant,
         deadline: Duration,
         during: &impl Fn() -> String,
-    ) -> Result<Message<L>, ParticipantError> {
+    ) -> Result<Message<L>> {
         loop {
             if let Some(received) = self.link.take(during)? {
                 return Ok(Message(received));

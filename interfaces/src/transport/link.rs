@@ -5,7 +5,7 @@
 //! knows as much of the other side as its means tell.
 
 use super::Address;
-use crate::ParticipantError;
+use crate::Result;
 use crate::protocol::{MessageHeader, Payload};
 use std::time::Duration;
 
@@ -18,31 +18,23 @@ pub trait Link: Sized {
     type Received: Received;
 
     /// The coupler's side, which the other one can find from then on.
-    fn create(address: &Address) -> Result<Self, ParticipantError>;
+    fn create(address: &Address) -> Result<Self>;
 
     /// The participant's side. `again` is called after each attempt that did not find the coupler: it waits a
     /// moment, or says why there shall be no other.
-    fn open(
-        address: &Address,
-        again: &mut dyn FnMut() -> Result<(), ParticipantError>,
-    ) -> Result<Self, ParticipantError>;
+    fn open(address: &Address, again: &mut dyn FnMut() -> Result<()>) -> Result<Self>;
 
     /// Sends a message, its payload written straight into the memory that travels. Does not wait, and does
     /// not wake the other side. Says whether anybody takes it. A field with a value that is not finite is an
-    /// error ([`ParticipantError::Field`]), and nothing is sent.
-    fn send(
-        &mut self,
-        header: &MessageHeader,
-        payload: &Payload<'_>,
-        during: During<'_>,
-    ) -> Result<bool, ParticipantError>;
+    /// error ([`Field`](crate::ParticipantError::Field)), and nothing is sent.
+    fn send(&mut self, header: &MessageHeader, payload: &Payload<'_>, during: During<'_>) -> Result<bool>;
 
     /// Wakes the other side where it [waits](Link::wait).
-    fn wake(&self, during: During<'_>) -> Result<(), ParticipantError>;
+    fn wake(&self, during: During<'_>) -> Result<()>;
 
     /// The next message that is there. One is held at a time: what it lends has to be dropped before the
     /// next.
-    fn take(&mut self, during: During<'_>) -> Result<Option<Self::Received>, ParticipantError>;
+    fn take(&mut self, during: During<'_>) -> Result<Option<Self::Received>>;
 
     /// Sleeps until the other side wakes this one, at most so long. Says whether it did; an interrupt by a
     /// signal is no wake-up.

@@ -6,7 +6,7 @@ use interfaces::protocol::{Hello, Kind, MessageHeader, Payload, Selection, VERSI
 use interfaces::remote::Listening;
 use interfaces::transport::{Connection, Message, SharedMemory, WithinProcess};
 use interfaces::{
-    Address, Deadlines, Direction, Guarded, Participant, ParticipantError, RemoteParticipant, Role,
+    Address, Deadlines, Direction, Guarded, Participant, ParticipantError, RemoteParticipant, Result, Role,
     ServeError, new_run, serve_over,
 };
 use std::sync::Arc;
@@ -23,7 +23,7 @@ fn listen(address: &Address) -> Listening<WithinProcess> {
     Listening::over(address, expectations(), long(), &Arc::default()).unwrap()
 }
 
-fn accept_hello(listening: Listening<WithinProcess>) -> Result<Remote, ParticipantError> {
+fn accept_hello(listening: Listening<WithinProcess>) -> Result<Remote> {
     listening.wait_for_hello(Box::new(|| None))
 }
 

@@ -8,7 +8,7 @@ use crate::support::{Domain, Echo, HASH, exchange, expectations, load, long, win
 use interfaces::transport::Alive;
 use interfaces::{
     Address, Deadlines, Direction, Guarded, Participant, ParticipantError, Readiness, RemoteParticipant,
-    Role, new_run, remove_stale, serve,
+    Result, Role, new_run, remove_stale, serve,
 };
 use rustix::process::{Pid, Signal, kill_process};
 use std::io::{BufRead, BufReader, Read};
@@ -136,7 +136,7 @@ fn connect(
     (Guarded::new(remote), process, address)
 }
 
-fn told_once_within_the_watchdog(result: Result<(), ParticipantError>, started: Instant) -> String {
+fn told_once_within_the_watchdog(result: Result<()>, started: Instant) -> String {
     assert!(started.elapsed() < WATCHDOG, "it was not the event, but the deadline, that ended the wait");
     result.unwrap_err().to_string()
 }

@@ -3,7 +3,7 @@
 
 use interfaces::{
     Deadlines, Description, Direction, Expectations, Fields, Participant, ParticipantError, Port, Quantity,
-    Readiness, Role, Scalar, ScalarKind, SubSteps, TimeWindow, WindowReport,
+    Readiness, Result, Role, Scalar, ScalarKind, SubSteps, TimeWindow, WindowReport,
 };
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -69,19 +69,14 @@ impl Participant for Echo {
         &self.description
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         self.load = inputs.get("pressure_gradient").unwrap().to_vec();
         self.give(outputs);
         outputs.get_mut("density").unwrap().fill(1100.0);
         Ok(Readiness { window_limit: 0.5 + start, scalars: vec![0.25] })
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         assert_eq!(window.sub_steps, SubSteps::Fixed(100));
         self.load.copy_from_slice(inputs.get("pressure_gradient").unwrap());
         self.window = window.index;
@@ -99,7 +94,7 @@ impl Participant for Echo {
         }
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         self.give(outputs);
         if self.misdeed == "nan" && self.window == self.at {
             outputs.get_mut("velocity").unwrap()[5] = f64::NAN;
@@ -112,7 +107,7 @@ impl Participant for Echo {
         })
     }
 
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         if self.misdeed == "accept" && self.window == self.at {
             return Err(ParticipantError::failed(format!("cannot write snapshot {snapshot:?}")));
         }
@@ -120,7 +115,7 @@ impl Participant for Echo {
         Ok(())
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         let mut state = Writer::new(MAGIC);
         state.u64(self.accepted);
         state.u64(self.window);
@@ -128,7 +123,7 @@ impl Participant for Echo {
         Ok(state.finish())
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let mut state = Reader::new("echo's state", MAGIC, state).unwrap();
         self.accepted = state.u64("accepted windows").unwrap();
         self.window = state.u64("window").unwrap();
@@ -137,7 +132,7 @@ impl Participant for Echo {
         Ok(Readiness { window_limit: f64::INFINITY, scalars: vec![self.window as f64] })
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         Ok(())
     }
 }
@@ -164,11 +159,7 @@ pub fn load(fields: &mut Fields, window: u64) {
 
 /// Initialises the structure, solves and accepts that many windows, and compares all that comes back bit for
 /// bit.
-pub fn exchange(
-    structure: &mut dyn Participant,
-    points: usize,
-    windows: u64,
-) -> Result<(), ParticipantError> {
+pub fn exchange(structure: &mut dyn Participant, points: usize, windows: u64) -> Result<()> {
     let mut inputs = structure.describe().fields(Direction::In, points);
     let mut outputs = structure.describe().fields(Direction::Out, points);
     load(&mut inputs, 0);

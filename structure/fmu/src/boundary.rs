@@ -183,106 +183,116 @@ pub unsafe fn text<'a>(pointer: *const c_char, what: &'static str) -> Result<&'a
     unsafe { CStr::from_ptr(pointer) }.to_str().map_err(|_| CallError::Text { what })
 }
 
-fn saved(state: *mut c_void) -> Result<Arc<InstanceState>, CallError> {
+/// A kept state.
+pub fn saved(state: *mut c_void) -> Result<Arc<InstanceState>, CallError> {
     STATES.get(state).ok_or(CallError::Null { what: "the state (freed, or never given)" })
 }
 
 /// Keeps the state of an instance, and puts its handle in `place`; a state that the place holds already is
 /// replaced, as both standards allow.
-///
-/// # Safety
-/// As [`array_mut`], for one handle.
-pub unsafe fn get_state(instance: *mut c_void, function: &'static str, place: *mut *mut c_void) -> i32 {
-    call(instance, function, &Phase::SOUND, |instance| {
-        let state = instance.save()?;
-        // SAFETY: as the caller promises.
-        keep_at(unsafe { array_mut(place, 1, "the place for the state")? }, state);
-        Ok(())
-    })
-}
-
-fn keep_at(place: &mut [*mut c_void], state: InstanceState) {
+pub fn keep_at(place: &mut [*mut c_void], state: InstanceState) {
     let _ = STATES.release(place[0]);
     place[0] = STATES.keep(Arc::new(state));
 }
 
-/// Goes to a kept state.
-pub fn set_state(instance: *mut c_void, function: &'static str, state: *mut c_void) -> i32 {
-    call(instance, function, &Phase::ALL, |instance| instance.restore(&*saved(state)?))
-}
-
 /// Lets a kept state go, and clears its place.
-///
-/// # Safety
-/// As [`array_mut`], for one handle.
-pub unsafe fn free_state(instance: *mut c_void, function: &'static str, place: *mut *mut c_void) -> i32 {
-    call(instance, function, &Phase::ALL, |_| {
-        // SAFETY: as the caller promises.
-        let place = unsafe { array_mut(place, 1, "the place of the state")? };
-        let _ = STATES.release(place[0]);
-        place[0] = std::ptr::null_mut();
-        Ok(())
-    })
+pub fn release_at(place: &mut [*mut c_void]) {
+    let _ = STATES.release(place[0]);
+    place[0] = std::ptr::null_mut();
 }
 
-/// How many bytes a state takes.
-///
-/// # Safety
-/// As [`set`].
-pub unsafe fn state_size(
-    instance: *mut c_void,
-    function: &'static str,
-    state: *mut c_void,
-    size: *mut usize,
-) -> i32 {
-    call(instance, function, &Phase::SOUND, |instance| {
-        let length = instance.serialize(&*saved(state)?).len();
-        // SAFETY: as the caller promises.
-        unsafe { set(size, length) };
-        Ok(())
-    })
-}
-
-/// A kept state as bytes.
-///
-/// # Safety
-/// As [`array_mut`], for `size` bytes.
-pub unsafe fn serialize_state(
-    instance: *mut c_void,
-    function: &'static str,
-    state: *mut c_void,
-    bytes: *mut u8,
-    size: usize,
-) -> i32 {
-    call(instance, function, &Phase::SOUND, |instance| {
-        let serialized = instance.serialize(&*saved(state)?);
-        if serialized.len() != size {
-            return Err(CallError::Length { found: size, expected: serialized.len() });
+/// The functions that both standards have under names of their own, with the same arguments: the end of an
+/// instance's life, and its states.
+macro_rules! common_functions {
+    ($free:ident $exit_initialization:ident $terminate:ident $reset:ident
+     $get_state:ident $set_state:ident $free_state:ident $state_size:ident $serialize:ident $deserialize:ident) => {
+        #[unsafe(no_mangle)]
+        extern "C" fn $free(instance: Handle) {
+            $crate::boundary::free(instance);
         }
-        // SAFETY: as the caller promises.
-        unsafe { array_mut(bytes, size, "serializedState")? }.copy_from_slice(&serialized);
-        Ok(())
-    })
-}
 
-/// Keeps the state that bytes hold.
-///
-/// # Safety
-/// As [`array`], for `size` bytes, and as [`array_mut`], for one handle.
-pub unsafe fn deserialize_state(
-    instance: *mut c_void,
-    function: &'static str,
-    bytes: *const u8,
-    size: usize,
-    place: *mut *mut c_void,
-) -> i32 {
-    call(instance, function, &Phase::SOUND, |instance| {
-        // SAFETY: as the caller promises.
-        let (bytes, place) = unsafe {
-            (array(bytes, size, "serializedState")?, array_mut(place, 1, "the place for the state")?)
-        };
-        let state = instance.deserialize(bytes)?;
-        keep_at(place, state);
-        Ok(())
-    })
+        #[unsafe(no_mangle)]
+        extern "C" fn $exit_initialization(instance: Handle) -> i32 {
+            call(instance, stringify!($exit_initialization), &[Phase::Initialization], Instance::begin_steps)
+        }
+
+        #[unsafe(no_mangle)]
+        extern "C" fn $terminate(instance: Handle) -> i32 {
+            call(instance, stringify!($terminate), &[Phase::Step, Phase::Broken], |instance| {
+                instance.enter(Phase::Terminated);
+                Ok(())
+            })
+        }
+
+        #[unsafe(no_mangle)]
+        extern "C" fn $reset(instance: Handle) -> i32 {
+            call(instance, stringify!($reset), &Phase::ALL, Instance::reset)
+        }
+
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $get_state(instance: Handle, place: *mut Handle) -> i32 {
+            call(instance, stringify!($get_state), &Phase::SOUND, |instance| {
+                let state = instance.save()?;
+                // SAFETY: a place of the importer for a handle.
+                $crate::boundary::keep_at(unsafe { array_mut(place, 1, "the place for the state")? }, state);
+                Ok(())
+            })
+        }
+
+        #[unsafe(no_mangle)]
+        extern "C" fn $set_state(instance: Handle, state: Handle) -> i32 {
+            let restore = |instance: &mut Instance| instance.restore(&*$crate::boundary::saved(state)?);
+            call(instance, stringify!($set_state), &Phase::ALL, restore)
+        }
+
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $free_state(instance: Handle, place: *mut Handle) -> i32 {
+            call(instance, stringify!($free_state), &Phase::ALL, |_| {
+                // SAFETY: a place of the importer for a handle.
+                $crate::boundary::release_at(unsafe { array_mut(place, 1, "the place of the state")? });
+                Ok(())
+            })
+        }
+
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $state_size(instance: Handle, state: Handle, size: *mut usize) -> i32 {
+            call(instance, stringify!($state_size), &Phase::SOUND, |instance| {
+                let length = instance.serialize(&*$crate::boundary::saved(state)?).len();
+                // SAFETY: a place of the importer for a number.
+                unsafe { $crate::boundary::set(size, length) };
+                Ok(())
+            })
+        }
+
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $serialize(instance: Handle, state: Handle, bytes: *mut u8, size: usize) -> i32 {
+            call(instance, stringify!($serialize), &Phase::SOUND, |instance| {
+                let serialized = instance.serialize(&*$crate::boundary::saved(state)?);
+                if serialized.len() != size {
+                    return Err(CallError::Length { found: size, expected: serialized.len() });
+                }
+                // SAFETY: an array of the importer, of the length it says.
+                unsafe { array_mut(bytes, size, "serializedState")? }.copy_from_slice(&serialized);
+                Ok(())
+            })
+        }
+
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $deserialize(
+            instance: Handle,
+            bytes: *const u8,
+            size: usize,
+            place: *mut Handle,
+        ) -> i32 {
+            call(instance, stringify!($deserialize), &Phase::SOUND, |instance| {
+                // SAFETY: an array of the importer, of the length it says, and a place for a handle.
+                let (bytes, place) = unsafe {
+                    (array(bytes, size, "serializedState")?, array_mut(place, 1, "the place for the state")?)
+                };
+                $crate::boundary::keep_at(place, instance.deserialize(bytes)?);
+                Ok(())
+            })
+        }
+    };
 }
+pub(crate) use common_functions;

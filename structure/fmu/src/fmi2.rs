@@ -5,7 +5,7 @@
 
 #![expect(unsafe_code, reason = "functions with the standard's names, called from C")]
 
-use crate::boundary::{self, array, array_mut, call, free, instantiate, text};
+use crate::boundary::{array, array_mut, call, common_functions, instantiate, text};
 use crate::instance::{CallError, Instance, Logger, Status};
 use crate::phase::Phase;
 use crate::resources::{ResourceError, Resources};
@@ -122,11 +122,6 @@ unsafe extern "C" fn fmi2Instantiate(
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi2FreeInstance(instance: Handle) {
-    free(instance);
-}
-
-#[unsafe(no_mangle)]
 extern "C" fn fmi2SetupExperiment(
     instance: Handle,
     _tolerance_defined: Boolean,
@@ -146,24 +141,6 @@ extern "C" fn fmi2EnterInitializationMode(instance: Handle) -> i32 {
     call(instance, "fmi2EnterInitializationMode", &[Phase::Instantiated], |instance| {
         instance.initialize(instance.start)
     })
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi2ExitInitializationMode(instance: Handle) -> i32 {
-    call(instance, "fmi2ExitInitializationMode", &[Phase::Initialization], Instance::begin_steps)
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi2Terminate(instance: Handle) -> i32 {
-    call(instance, "fmi2Terminate", &[Phase::Step, Phase::Broken], |instance| {
-        instance.enter(Phase::Terminated);
-        Ok(())
-    })
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi2Reset(instance: Handle) -> i32 {
-    call(instance, "fmi2Reset", &Phase::ALL, Instance::reset)
 }
 
 #[unsafe(no_mangle)]
@@ -266,49 +243,10 @@ fn no_variable(instance: Handle, function: &'static str, references: *const Refe
     })
 }
 
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2GetFMUstate(instance: Handle, state: *mut Handle) -> i32 {
-    // SAFETY: a place of the importer for a handle.
-    unsafe { boundary::get_state(instance, "fmi2GetFMUstate", state) }
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi2SetFMUstate(instance: Handle, state: Handle) -> i32 {
-    boundary::set_state(instance, "fmi2SetFMUstate", state)
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2FreeFMUstate(instance: Handle, state: *mut Handle) -> i32 {
-    // SAFETY: a place of the importer for a handle.
-    unsafe { boundary::free_state(instance, "fmi2FreeFMUstate", state) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2SerializedFMUstateSize(instance: Handle, state: Handle, size: *mut usize) -> i32 {
-    // SAFETY: a place of the importer for a number.
-    unsafe { boundary::state_size(instance, "fmi2SerializedFMUstateSize", state, size) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2SerializeFMUstate(
-    instance: Handle,
-    state: Handle,
-    bytes: *mut u8,
-    size: usize,
-) -> i32 {
-    // SAFETY: an array of the importer, of the length it says.
-    unsafe { boundary::serialize_state(instance, "fmi2SerializeFMUstate", state, bytes, size) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi2DeSerializeFMUstate(
-    instance: Handle,
-    bytes: *const u8,
-    size: usize,
-    state: *mut Handle,
-) -> i32 {
-    // SAFETY: an array of the importer, of the length it says, and a place for a handle.
-    unsafe { boundary::deserialize_state(instance, "fmi2DeSerializeFMUstate", bytes, size, state) }
+common_functions! {
+    fmi2FreeInstance fmi2ExitInitializationMode fmi2Terminate fmi2Reset
+    fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate
+    fmi2SerializedFMUstateSize fmi2SerializeFMUstate fmi2DeSerializeFMUstate
 }
 
 /// Functions that belong to what the unit is not.

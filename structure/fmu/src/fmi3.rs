@@ -6,7 +6,7 @@
 
 #![expect(unsafe_code, reason = "functions with the standard's names, called from C")]
 
-use crate::boundary::{self, array, array_mut, call, free, instantiate, set, text};
+use crate::boundary::{array, array_mut, call, common_functions, instantiate, set, text};
 use crate::instance::{CallError, Instance, Logger, Status};
 use crate::phase::Phase;
 use crate::resources::Resources;
@@ -108,11 +108,6 @@ extern "C" fn fmi3InstantiateScheduledExecution(
 }
 
 #[unsafe(no_mangle)]
-extern "C" fn fmi3FreeInstance(instance: Handle) {
-    free(instance);
-}
-
-#[unsafe(no_mangle)]
 extern "C" fn fmi3EnterInitializationMode(
     instance: Handle,
     _tolerance_defined: bool,
@@ -124,11 +119,6 @@ extern "C" fn fmi3EnterInitializationMode(
     call(instance, "fmi3EnterInitializationMode", &[Phase::Instantiated], |instance| {
         instance.initialize(start)
     })
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi3ExitInitializationMode(instance: Handle) -> i32 {
-    call(instance, "fmi3ExitInitializationMode", &[Phase::Initialization], Instance::begin_steps)
 }
 
 #[unsafe(no_mangle)]
@@ -145,19 +135,6 @@ extern "C" fn fmi3ExitConfigurationMode(instance: Handle) -> i32 {
         instance.enter(Phase::Instantiated);
         Ok(())
     })
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi3Terminate(instance: Handle) -> i32 {
-    call(instance, "fmi3Terminate", &[Phase::Step, Phase::Broken], |instance| {
-        instance.enter(Phase::Terminated);
-        Ok(())
-    })
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi3Reset(instance: Handle) -> i32 {
-    call(instance, "fmi3Reset", &Phase::ALL, Instance::reset)
 }
 
 #[unsafe(no_mangle)]
@@ -255,51 +232,6 @@ unsafe extern "C" fn fmi3SetUInt64(
         let numbers: Vec<f64> = values.iter().map(|&value| value as f64).collect();
         instance.write(references, true, &numbers)
     })
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3GetFMUState(instance: Handle, state: *mut Handle) -> i32 {
-    // SAFETY: a place of the importer for a handle.
-    unsafe { boundary::get_state(instance, "fmi3GetFMUState", state) }
-}
-
-#[unsafe(no_mangle)]
-extern "C" fn fmi3SetFMUState(instance: Handle, state: Handle) -> i32 {
-    boundary::set_state(instance, "fmi3SetFMUState", state)
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3FreeFMUState(instance: Handle, state: *mut Handle) -> i32 {
-    // SAFETY: a place of the importer for a handle.
-    unsafe { boundary::free_state(instance, "fmi3FreeFMUState", state) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SerializedFMUStateSize(instance: Handle, state: Handle, size: *mut usize) -> i32 {
-    // SAFETY: a place of the importer for a number.
-    unsafe { boundary::state_size(instance, "fmi3SerializedFMUStateSize", state, size) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3SerializeFMUState(
-    instance: Handle,
-    state: Handle,
-    bytes: *mut u8,
-    size: usize,
-) -> i32 {
-    // SAFETY: an array of the importer, of the length it says.
-    unsafe { boundary::serialize_state(instance, "fmi3SerializeFMUState", state, bytes, size) }
-}
-
-#[unsafe(no_mangle)]
-unsafe extern "C" fn fmi3DeserializeFMUState(
-    instance: Handle,
-    bytes: *const u8,
-    size: usize,
-    state: *mut Handle,
-) -> i32 {
-    // SAFETY: an array of the importer, of the length it says, and a place for a handle.
-    unsafe { boundary::deserialize_state(instance, "fmi3DeserializeFMUState", bytes, size, state) }
 }
 
 #[unsafe(no_mangle)]
@@ -413,6 +345,12 @@ extern "C" fn fmi3SetClock(
     _values: *const bool,
 ) -> i32 {
     no_variable(instance, "fmi3SetClock", references, count)
+}
+
+common_functions! {
+    fmi3FreeInstance fmi3ExitInitializationMode fmi3Terminate fmi3Reset
+    fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState
+    fmi3SerializedFMUStateSize fmi3SerializeFMUState fmi3DeserializeFMUState
 }
 
 /// Functions that belong to what the unit is not.

@@ -55,19 +55,17 @@ pub struct Material {
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub youngs_modulus: f64,
     /// Poisson's ratio ν; over −1 and under 0.5.
-    #[serde(rename = "poisson_ratio")]
-    pub poissons_ratio: f64,
+    pub poisson_ratio: f64,
     /// How two dimensions stand for three; in three dimensions `"three-dimensional"` if left out.
-    #[serde(rename = "assumption")]
-    pub plane: Plane,
+    pub assumption: Plane,
 }
 
 impl Material {
     /// Lamé's constants and the plane assumption, for `D` dimensions.
     pub(crate) fn elasticity<const D: usize>(&self) -> Elasticity {
-        let (e, nu) = (self.youngs_modulus, self.poissons_ratio);
+        let (e, nu) = (self.youngs_modulus, self.poisson_ratio);
         let (lambda, mu) = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
-        let plane_stress = D == 2 && self.plane == Plane::Stress;
+        let plane_stress = D == 2 && self.assumption == Plane::Stress;
         let in_plane_lambda = if plane_stress { 2.0 * lambda * mu / (lambda + 2.0 * mu) } else { lambda };
         Elasticity { lambda, mu, in_plane_lambda, plane_stress }
     }

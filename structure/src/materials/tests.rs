@@ -7,7 +7,8 @@ fn tensor_of(m: [[f64; 2]; 2]) -> Tensor<2> {
 }
 
 fn elasticity(plane: Plane) -> Elasticity {
-    let material = Material { law: Law::AlmansiHooke, plane, youngs_modulus: 12.0, poissons_ratio: 0.4 };
+    let material =
+        Material { law: Law::AlmansiHooke, assumption: plane, youngs_modulus: 12.0, poisson_ratio: 0.4 };
     material.elasticity::<2>()
 }
 
@@ -136,7 +137,7 @@ fn a_closed_cycle_does_no_work_where_the_law_has_a_potential() {
 #[test]
 fn laws_in_three_dimensions_reduce_to_plane_strain() {
     for law in LAWS {
-        let material = Material { law, plane: Plane::Strain, youngs_modulus: 12.0, poissons_ratio: 0.4 };
+        let material = Material { law, assumption: Plane::Strain, youngs_modulus: 12.0, poisson_ratio: 0.4 };
         let (e2, e3) = (material.elasticity::<2>(), material.elasticity::<3>());
         let l2 = [[0.1, 0.2], [-0.05, -0.1]];
         let mut l3 = [[0.0; 3]; 3];
@@ -174,9 +175,9 @@ fn neo_hookean_plane_stress_holds_at_large_stretch() {
         // 3-D has ∂ψ/∂b = 0.
         let material = Material {
             law: Law::NeoHookean,
-            plane: Plane::Strain,
+            assumption: Plane::Strain,
             youngs_modulus: 12.0,
-            poissons_ratio: 0.4,
+            poisson_ratio: 0.4,
         };
         let diagonal = [stretch - 1.0, low - 1.0, low - 1.0];
         let l: Tensor<3> = std::array::from_fn(|i| {

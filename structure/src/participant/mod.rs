@@ -18,11 +18,11 @@ use crate::tlsph::total_lagrangian::TotalLagrangian;
 use error::failed;
 use interfaces::case::Case;
 use interfaces::case::coupling::LoadInWindow;
-use interfaces::case::resolved::{Probe, ProbeTarget};
+use interfaces::case::probe::{Probe, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
-    Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Role, Scalar,
-    ScalarKind, TimeWindow, WindowReport,
+    Description, Direction, Fields, Participant, Port, Quantity, Readiness, Result, Role, Scalar, ScalarKind,
+    TimeWindow, WindowReport,
 };
 pub use section::SECTIONS;
 use snapshot::Snapshots;
@@ -40,7 +40,7 @@ const SUB_STEPS_ALONE: u32 = 100;
 ///
 /// # Errors
 /// What the setup refuses, with all its mistakes; a folder that cannot be written.
-pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>, ParticipantError> {
+pub fn from_case(case: &Case, out: &Path) -> Result<Box<dyn Participant>> {
     Ok(match case.general.dimension {
         2 => Box::new(StructureParticipant::<TotalLagrangian<2>, 2>::new(case, Some(out))?),
         _ => Box::new(StructureParticipant::<TotalLagrangian<3>, 3>::new(case, Some(out))?),
@@ -56,14 +56,14 @@ pub trait Stressed: Participant {
     ///
     /// # Errors
     /// A state that is not finite.
-    fn largest_von_mises_stress(&mut self) -> Result<f64, ParticipantError>;
+    fn largest_von_mises_stress(&mut self) -> Result<f64>;
 }
 
 /// The structure of `case`, which writes no snapshots.
 ///
 /// # Errors
 /// What the setup refuses, with all its mistakes.
-pub fn without_snapshots(case: &Case) -> Result<Box<dyn Stressed + Send>, ParticipantError> {
+pub fn without_snapshots(case: &Case) -> Result<Box<dyn Stressed + Send>> {
     Ok(match case.general.dimension {
         2 => Box::new(StructureParticipant::<TotalLagrangian<2>, 2>::new(case, None)?),
         _ => Box::new(StructureParticipant::<TotalLagrangian<3>, 3>::new(case, None)?),
@@ -74,18 +74,18 @@ pub fn without_snapshots(case: &Case) -> Result<Box<dyn Stressed + Send>, Partic
 ///
 /// # Errors
 /// What the setup refuses, with all its mistakes.
-pub fn preview(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
+pub fn preview(case: &Case) -> Result<Vec<(String, String)>> {
     match case.general.dimension {
         2 => preview_in::<TotalLagrangian<2>, 2>(case),
         _ => preview_in::<TotalLagrangian<3>, 3>(case),
     }
 }
 
-fn preview_in<S: Solid<D>, const D: usize>(case: &Case) -> Result<Vec<(String, String)>, ParticipantError> {
+fn preview_in<S: Solid<D>, const D: usize>(case: &Case) -> Result<Vec<(String, String)>> {
     let (solid, state) = build::<S, D>(case)?;
     let stable = state.stability.step;
     let particles = solid.particles();
-    let free = particles.interface.len();
+    let free = particles.free.len();
     let line = |what: &str, value: String| (what.to_owned(), value);
     let mut lines = vec![
         line("particles", format!("{} ({free} free)", particles.len())),
@@ -98,7 +98,7 @@ fn preview_in<S: Solid<D>, const D: usize>(case: &Case) -> Result<Vec<(String, S
     Ok(lines)
 }
 
-fn build<S: Solid<D>, const D: usize>(case: &Case) -> Result<(S, State<D>), ParticipantError> {
+fn build<S: Solid<D>, const D: usize>(case: &Case) -> Result<(S, State<D>)> {
     let made = setup::from_case::<D>(case)?;
     let mut solid = S::new(made.setup).map_err(failed)?;
     let mut state = solid.state_at_rest(0.0);
@@ -131,7 +131,7 @@ struct StructureParticipant<S: Solid<D>, const D: usize> {
 }
 
 impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
-    fn new(case: &Case, out: Option<&Path>) -> Result<Self, ParticipantError> {
+    fn new(case: &Case, out: Option<&Path>) -> Result<Self> {
         let (solid, accepted) = build::<S, D>(case)?;
         let particles = solid.particles();
         let points = particles.interface.len();
@@ -179,7 +179,7 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
         scalars
     }
 
-    fn write_snapshot(&mut self) -> Result<(), ParticipantError> {
+    fn write_snapshot(&mut self) -> Result<()> {
         match &mut self.snapshots {
             Some(snapshots) => snapshots.write(&mut self.solid, &self.accepted),
             None => Ok(()),
@@ -192,7 +192,7 @@ impl<S: Solid<D>, const D: usize> Stressed for StructureParticipant<S, D> {
         self.accepted.stability.step
     }
 
-    fn largest_von_mises_stress(&mut self) -> Result<f64, ParticipantError> {
+    fn largest_von_mises_stress(&mut self) -> Result<f64> {
         self.solid.derive(&self.accepted, &mut self.derived).map_err(failed)?;
         Ok(self.derived.von_mises.iter().copied().fold(0.0, f64::max))
     }
@@ -203,12 +203,7 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         &self.description
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        _inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, _inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         self.accepted.time = start;
         let particles = self.solid.particles();
         if let Some(field) = outputs.get_mut(names::REFERENCE_VOLUME) {
@@ -218,7 +213,9 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         }
         if let Some(field) = outputs.get_mut(names::DENSITY) {
             for (to, &particle) in field.iter_mut().zip(&particles.interface) {
-                *to = particles.densities[particle as usize];
+                // A particle of no density does not yield to its load.
+                let held = particles.clamped[particle as usize];
+                *to = if held { 0.0 } else { particles.densities[particle as usize] };
             }
         }
         self.give_motion(&self.accepted, outputs);
@@ -230,7 +227,7 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         Ok(self.ready.clone())
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         let started = Instant::now();
         take_vectors(inputs, names::PRESSURE_GRADIENT, &mut self.load);
         if let Some(start_load) = &mut self.start_load {
@@ -255,12 +252,12 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         Ok(())
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         self.give_motion(&self.trial, outputs);
         Ok(self.report.take().expect("the table of legal calls puts a start before every finish"))
     }
 
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         std::mem::swap(&mut self.accepted, &mut self.trial);
         if snapshot.is_some() {
             self.write_snapshot()?;
@@ -268,7 +265,7 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         Ok(())
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         let mut state = bytes::Writer::new(MAGIC);
         state.f64(self.ready.window_limit);
         state.f64s(&self.ready.scalars);
@@ -276,7 +273,7 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         Ok(state.finish())
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let read = || {
             let mut state = bytes::Reader::new("structure's state", MAGIC, state)?;
             let window_limit = state.f64("window limit")?;
@@ -291,7 +288,7 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         Ok(ready)
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         Ok(())
     }
 }
@@ -345,10 +342,7 @@ fn describe<const D: usize>(case: &Case, method: &str, points: usize) -> Descrip
     }
 }
 
-fn readings<const D: usize>(
-    case: &Case,
-    particles: &Particles<D>,
-) -> Result<Vec<Reading<D>>, ParticipantError> {
+fn readings<const D: usize>(case: &Case, particles: &Particles<D>) -> Result<Vec<Reading<D>>> {
     let bodies = &case.structure.as_ref().expect("a structure is made of a case that has one").bodies;
     case.probes
         .iter()
@@ -359,9 +353,9 @@ fn readings<const D: usize>(
 
 fn reading<const D: usize>(
     probe: &Probe,
-    bodies: &[interfaces::case::resolved::Body],
+    bodies: &[interfaces::case::structure::Body],
     particles: &Particles<D>,
-) -> Result<Reading<D>, ParticipantError> {
+) -> Result<Reading<D>> {
     let made = &particles.setup.bodies;
     let body_of = |name: &str| {
         let index =
@@ -369,7 +363,7 @@ fn reading<const D: usize>(
         let first: usize = made[..index].iter().map(|b| b.positions.len()).sum();
         (index, first)
     };
-    match &probe.target {
+    match probe.target() {
         ProbeTarget::StructurePoint { body, at } => {
             let (index, first) = body_of(body);
             let body = &made[index];

@@ -2,8 +2,10 @@
 
 use crate::materials::{Material, Plane};
 use crate::options::{Gradient, Options};
+use interfaces::case::participant::Start;
 use interfaces::case::section::{Json, Sections, and_with, laid_over, schema_of, to_table};
-use interfaces::case::{Findings, typed};
+use interfaces::case::structure::Structure;
+use interfaces::case::{Case, Findings};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
@@ -59,11 +61,10 @@ pub fn material(written: &Table, dimension: usize) -> Result<Elastic, toml::de::
     laid_over(&assumption(plane), written)
 }
 
-fn resolve(file: &mut typed::CaseFile, findings: &mut Findings) {
-    let dimension = file.case.dimension;
-    let spacing = file.case.particle_spacing;
+fn resolve(file: &mut Case, findings: &mut Findings) {
+    let dimension = file.general.dimension;
     let Some(structure) = &mut file.structure else { return };
-    match material(&structure.material, dimension as usize) {
+    match material(&structure.material, dimension) {
         Ok(material) => {
             structure.material = to_table(&material);
             check_material(&material.material, dimension, findings);
@@ -73,10 +74,8 @@ fn resolve(file: &mut typed::CaseFile, findings: &mut Findings) {
     match options(&structure.numerics) {
         Ok(options) => {
             structure.numerics = to_table(&options);
-            let participant = &structure.participant;
-            let is_ours = participant.command.is_none() && participant.fmu.is_none();
-            if options.gradient == Gradient::Quadratic && is_ours && participant.start.is_none() {
-                check_layers(structure, spacing, findings);
+            if options.gradient == Gradient::Quadratic && structure.participant.start() == Start::Own {
+                check_layers(structure, findings);
             }
             resolve_clamps(structure, options.gradient, dimension, findings);
         }
@@ -85,10 +84,10 @@ fn resolve(file: &mut typed::CaseFile, findings: &mut Findings) {
 }
 
 /// Bodies bend by the quadratic gradient only where they are three layers of particles thick.
-fn check_layers(structure: &typed::Structure, spacing: f64, findings: &mut Findings) {
+fn check_layers(structure: &Structure, findings: &mut Findings) {
     const LEAST: f64 = 3.0;
-    let spacing = structure.particle_spacing.unwrap_or(spacing);
-    for (i, body) in structure.body.iter().enumerate() {
+    let spacing = structure.particle_spacing;
+    for (i, body) in structure.bodies.iter().enumerate() {
         let least = body.bounds.extent().into_iter().fold(f64::INFINITY, f64::min);
         let layers = (least / spacing).round().max(1.0);
         if layers < LEAST && least >= spacing * (1.0 - 1e-9) {
@@ -104,8 +103,8 @@ fn check_layers(structure: &typed::Structure, spacing: f64, findings: &mut Findi
     }
 }
 
-fn check_material(material: &Material, dimension: u32, findings: &mut Findings) {
-    match (dimension, material.plane) {
+fn check_material(material: &Material, dimension: usize, findings: &mut Findings) {
+    match (dimension, material.assumption) {
         (2, Plane::ThreeDimensional) => {
             let remedy = "take \"plane-strain\" or \"plane-stress\"";
             return findings.add("structure.material.assumption", "does not fit two dimensions", remedy);
@@ -116,7 +115,7 @@ fn check_material(material: &Material, dimension: u32, findings: &mut Findings) 
         }
         _ => {}
     }
-    let ratio = material.poissons_ratio;
+    let ratio = material.poisson_ratio;
     if ratio <= -1.0 || ratio >= 0.5 {
         let remedy = "take 0.3 for metals, 0.4 to 0.49 for rubber";
         findings.add("structure.material.poisson_ratio", "must be over -1 and under 0.5", remedy);
@@ -125,28 +124,23 @@ fn check_material(material: &Material, dimension: u32, findings: &mut Findings) 
 
 /// Clamps as the gradient wants them: on the face itself for the quadratic one; by rows as deep as its
 /// support for the first-order one, which does not see fixed points.
-fn resolve_clamps(
-    structure: &mut typed::Structure,
-    gradient: Gradient,
-    dimension: u32,
-    findings: &mut Findings,
-) {
+fn resolve_clamps(structure: &mut Structure, gradient: Gradient, dimension: usize, findings: &mut Findings) {
     let usual = match gradient {
         Gradient::Quadratic => 0,
         Gradient::FirstOrder => 3,
     };
-    for clamp in structure.clamp.iter_mut().filter(|clamp| clamp.face.is_some()) {
+    for clamp in structure.clamps.iter_mut().filter(|clamp| clamp.face.is_some()) {
         clamp.rows.get_or_insert(usual);
     }
-    for (i, clamp) in structure.clamp.iter().enumerate() {
+    for (i, clamp) in structure.clamps.iter().enumerate() {
         let key = format!("structure.clamp.{i}");
         let kinds = [clamp.face.is_some(), clamp.bounds.is_some(), clamp.circle.is_some()];
         if kinds.iter().filter(|is_there| **is_there).count() > 1 {
             // Two clamps in one, which is reported elsewhere.
             continue;
         }
-        let mut bodies = structure.body.iter().filter(|body| body.name == clamp.body);
-        let off_lattice = bodies.next().is_some_and(|body| body.is_off_lattice(&structure.clamp));
+        let mut bodies = structure.bodies.iter().filter(|body| body.name == clamp.body);
+        let off_lattice = bodies.next().is_some_and(|body| body.is_off_lattice(&structure.clamps));
         if clamp.face.is_some() && clamp.rows != Some(0) && off_lattice {
             let problem = "its fixed rows would go on with a lattice that the body has not";
             findings.add(&key, problem, "take the quadratic gradient and rows = 0, or a box");

@@ -5,8 +5,8 @@ use super::section;
 use super::section::Elastic;
 use crate::bodies::filling::{Filling, rectangle, without_disc};
 use crate::{Body, Cell, DeadLoad, History, MaterialPoint, Setup, Side};
-use interfaces::ParticipantError;
-use interfaces::case::resolved::{self, Clamp, ClampRegion, LoadTarget};
+use interfaces::Result;
+use interfaces::case::structure::{self, Clamp, ClampRegion};
 use interfaces::case::velocity::{CantileverVelocity, InitialVelocity};
 use interfaces::case::{AxisBox, Case};
 use sph::lattice::Lattice;
@@ -23,7 +23,7 @@ pub struct Made<const D: usize> {
 const TOUCHING: f64 = 1e-6;
 
 /// The setup that the case describes.
-pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantError> {
+pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
     let structure = case.structure.as_ref().ok_or_else(|| failed("the case has no structure"))?;
     let Elastic { material, density } =
         section::material(&structure.material, case.general.dimension).map_err(failed)?;
@@ -37,17 +37,17 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>, ParticipantErro
             (body, arcs) = scattered(part, &clamps, structure.particle_spacing, &body)?;
         }
         for clamp in clamps {
-            match &clamp.region {
+            match clamp.region().expect("a clamp of a checked case holds something") {
                 ClampRegion::Face { face, rows: 0 } if !body.centroid_offsets.is_empty() => {
                     body =
-                        body.with_fixed_nodes(&face_points(*face, &part.bounds, structure.particle_spacing));
+                        body.with_fixed_nodes(&face_points(face, &part.bounds, structure.particle_spacing));
                 }
-                ClampRegion::Face { face, rows: 0 } => body = body.with_fixed_face(face.axis(), side(*face)),
-                ClampRegion::Circle { .. } => body = body.with_fixed_nodes(&std::mem::take(&mut arcs)),
+                ClampRegion::Face { face, rows: 0 } => body = body.with_fixed_face(face.axis(), side(face)),
+                ClampRegion::Circle(_) => body = body.with_fixed_nodes(&std::mem::take(&mut arcs)),
                 ClampRegion::Face { face, rows } => {
-                    body = body.with_fixed_rows(face.axis(), side(*face), *rows);
+                    body = body.with_fixed_rows(face.axis(), side(face), rows);
                 }
-                ClampRegion::Box { bounds } => {
+                ClampRegion::Box(bounds) => {
                     let tolerance = TOUCHING * body.spacing();
                     for (position, clamped) in body.positions.iter().zip(&mut body.clamped) {
                         let inside = |i: usize| {
@@ -95,23 +95,23 @@ fn face_points<const D: usize>(face: Face, of: &AxisBox, spacing: f64) -> Vec<Ve
 }
 
 /// Whether the body's particles are no lattice along the axes.
-fn off_lattice(part: &resolved::Body, clamps: &[&Clamp]) -> bool {
-    let is_cut = clamps.iter().any(|clamp| matches!(clamp.region, ClampRegion::Circle { .. }));
+fn off_lattice(part: &structure::Body, clamps: &[&Clamp]) -> bool {
+    let is_cut = clamps.iter().any(|clamp| clamp.circle.is_some());
     part.lattice_angle != 0.0 || part.jitter != 0.0 || part.relaxation > 0 || is_cut
 }
 
 /// The body of particles that are no lattice, cut by its clamps' circles, and the fixed nodes on their arcs.
 /// A checked case has two dimensions where it comes to this.
 fn scattered<const D: usize>(
-    part: &resolved::Body,
+    part: &structure::Body,
     clamps: &[&Clamp],
     spacing: f64,
     like: &Body<D>,
-) -> Result<(Body<D>, Vec<Vector<D>>), ParticipantError> {
+) -> Result<(Body<D>, Vec<Vector<D>>)> {
     let (low, high) = corners::<2>(&part.bounds);
     let (mut outline, mut arcs) = (rectangle(low, high), Vec::new());
     for clamp in clamps {
-        let ClampRegion::Circle { circle } = &clamp.region else { continue };
+        let Some(circle) = &clamp.circle else { continue };
         let centre = Vector::from_column_slice(&circle.centre);
         let (cut, nodes) = without_disc(&outline, &centre, circle.radius, spacing).ok_or_else(|| {
             failed(format!(
@@ -170,27 +170,27 @@ fn cantilever<const D: usize>(mode: &CantileverVelocity, s: f64, length: f64) ->
 /// The load's force shared over the body's particles, so that force and moment are those of the load on its
 /// true face or point.
 fn dead_load<const D: usize>(
-    load: &resolved::Load,
-    part: &resolved::Body,
+    load: &structure::Load,
+    part: &structure::Body,
     body: &Body<D>,
     first: usize,
     spacing: f64,
 ) -> DeadLoad<D> {
-    let points: Vec<Vector<D>> = match &load.target {
-        LoadTarget::Point { at } => vec![Vector::from_column_slice(at)],
-        LoadTarget::Face { face } => face_points(*face, &part.bounds, spacing),
-        LoadTarget::Body {} => body.positions.clone(),
+    let points: Option<Vec<Vector<D>>> = match (load.face, &load.at) {
+        (Some(face), _) => Some(face_points(face, &part.bounds, spacing)),
+        (None, Some(at)) => Some(vec![Vector::from_column_slice(at)]),
+        (None, None) => None,
     };
     let mut shares = vec![0.0; body.positions.len()];
-    match &load.target {
-        LoadTarget::Body {} => {
+    match points {
+        None => {
             let free: f64 =
                 body.volumes.iter().zip(&body.clamped).filter(|(_, c)| !**c).map(|(v, _)| v).sum();
             for ((share, volume), clamped) in shares.iter_mut().zip(&body.volumes).zip(&body.clamped) {
                 *share = if *clamped { 0.0 } else { volume / free };
             }
         }
-        LoadTarget::Point { .. } | LoadTarget::Face { .. } => {
+        Some(points) => {
             for at in &points {
                 let point = MaterialPoint::new(*at, &body.positions, body.spacing())
                     .expect("a body of a checked case has particles");

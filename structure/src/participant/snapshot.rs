@@ -4,7 +4,7 @@ use super::error::failed;
 use crate::particles::Particles;
 use crate::solid::Solid;
 use crate::state::{Derived, State};
-use interfaces::ParticipantError;
+use interfaces::Result;
 use output::{ParticleFrame, PointArray, Series};
 use sph::Vector;
 use std::path::Path;
@@ -18,14 +18,14 @@ pub struct Snapshots<const D: usize> {
 
 impl<const D: usize> Snapshots<D> {
     /// Starts the series in the folder `out`.
-    pub fn create(out: &Path, particles: &Particles<D>) -> Result<Self, ParticipantError> {
+    pub fn create(out: &Path, particles: &Particles<D>) -> Result<Self> {
         let series = Series::create(out, "structure").map_err(failed)?;
         let clamped = particles.clamped.iter().map(|&c| u8::from(c)).collect();
         Ok(Self { series, derived: Derived::default(), clamped })
     }
 
     /// Writes the next snapshot.
-    pub fn write(&mut self, solid: &mut impl Solid<D>, state: &State<D>) -> Result<(), ParticipantError> {
+    pub fn write(&mut self, solid: &mut impl Solid<D>, state: &State<D>) -> Result<()> {
         solid.derive(state, &mut self.derived).map_err(failed)?;
         let particles = solid.particles();
         let stress = |i: usize, j: usize| -> Vec<f64> {

@@ -88,9 +88,9 @@ mod tests {
     fn a_gate_is_numbered_in_rows_along_its_length_and_filled_up() {
         let material = Material {
             law: Law::AlmansiHooke,
-            plane: Plane::Strain,
+            assumption: Plane::Strain,
             youngs_modulus: 1.0,
-            poissons_ratio: 0.3,
+            poisson_ratio: 0.3,
         };
         let body = Body::block(Vector::from([0.0, 0.0]), Vector::from([2.0, 5.0]), 1.0, material, 1.0);
         let numbering = Numbering::new(&[body.clone(), body]);

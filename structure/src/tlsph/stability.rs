@@ -183,9 +183,9 @@ mod tests {
     fn grows(gradient: Gradient, factor: f64) -> bool {
         let material = Material {
             law: Law::StVenantKirchhoff,
-            plane: Plane::Strain,
+            assumption: Plane::Strain,
             youngs_modulus: 1e6,
-            poissons_ratio: 0.3,
+            poisson_ratio: 0.3,
         };
         let ratio = gradient.default_smoothing_ratio();
         let body = Body::block(Vector::from([0.0, 0.0]), Vector::from([1.2, 0.4]), 0.1, material, 1000.0)

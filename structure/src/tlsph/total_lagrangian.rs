@@ -154,7 +154,7 @@ impl<const D: usize> TotalLagrangian<D> {
     /// Fills the external accelerations at a time (s), `fraction` of the window being over.
     pub(super) fn fill_external(&mut self, load: &Load<D>, time: f64, fraction: f64) {
         self.particles.accelerate(load, time, fraction, &mut self.external);
-        for &user in &self.particles.interface {
+        for &user in &self.particles.free {
             let internal = self.numbering.internal_of[user as usize] as usize;
             self.fields.external.set_vector(internal, &self.external[user as usize]);
         }

@@ -13,9 +13,9 @@ const GRADIENTS: [Gradient; 2] = [Gradient::FirstOrder, Gradient::Quadratic];
 fn setup(gradient: Gradient, length: f64, clamped: bool) -> Setup<2> {
     let material = Material {
         law: Law::StVenantKirchhoff,
-        plane: Plane::Strain,
+        assumption: Plane::Strain,
         youngs_modulus: 1e6,
-        poissons_ratio: 0.3,
+        poisson_ratio: 0.3,
     };
     let mut body = Body::block(V::zeros(), V::from([length, 0.4]), 0.1, material, 1000.0);
     if clamped {
@@ -196,7 +196,7 @@ fn refusals_name_particle_time_and_remedy() {
 fn all_mistakes_of_a_setup_are_reported_at_once() {
     let mut bad = setup(Gradient::FirstOrder, 1.0, true);
     bad.bodies[0].density = -1.0;
-    bad.bodies[0].material.poissons_ratio = 0.5;
+    bad.bodies[0].material.poisson_ratio = 0.5;
     bad.options.damping = f64::NAN;
     bad.dead_loads.push(DeadLoad {
         particles: vec![(999, 1.0)],

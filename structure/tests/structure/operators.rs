@@ -11,7 +11,7 @@ use structure::{
 const GRADIENTS: [Gradient; 2] = [Gradient::FirstOrder, Gradient::Quadratic];
 
 fn material(law: Law) -> Material {
-    Material { law, plane: Plane::Strain, youngs_modulus: 3.0, poissons_ratio: 0.3 }
+    Material { law, assumption: Plane::Strain, youngs_modulus: 3.0, poisson_ratio: 0.3 }
 }
 
 /// Numbers in −1..1, the same at every run.
@@ -77,7 +77,7 @@ fn accelerations_by_definition<const D: usize>(
     let kernel = CubicSpline::<D>::new(ratio * body.spacing());
     let (big_x, v) = (&body.positions, &body.volumes);
     let grad = |a: usize, b: usize| kernel.gradient(&(big_x[a] - big_x[b]));
-    let (e, nu) = (body.material.youngs_modulus, body.material.poissons_ratio);
+    let (e, nu) = (body.material.youngs_modulus, body.material.poisson_ratio);
     let (lambda, mu) = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
     let mut p_k = Vec::new();
     for a in 0..count {

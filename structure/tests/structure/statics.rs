@@ -18,8 +18,8 @@ const THICKNESS: f64 = 0.02;
 const GRAVITY: f64 = 2e-3;
 const REFERENCE: f64 = 67.41e-6;
 
-fn material(poissons_ratio: f64) -> Material {
-    Material { law: Law::StVenantKirchhoff, plane: Plane::Strain, youngs_modulus: 1.4e6, poissons_ratio }
+fn material(poisson_ratio: f64) -> Material {
+    Material { law: Law::StVenantKirchhoff, assumption: Plane::Strain, youngs_modulus: 1.4e6, poisson_ratio }
 }
 
 /// Displacements that balance the weight along `gravity` (m/s²), to 1e-7 of it.

@@ -18,7 +18,7 @@ const YOUNGS_MODULUS: f64 = 1e6;
 /// not disturb it.
 fn pulled(law: Law, traction: f64) -> TotalLagrangian<2> {
     let material =
-        Material { law, plane: Plane::Strain, youngs_modulus: YOUNGS_MODULUS, poissons_ratio: 0.0 };
+        Material { law, assumption: Plane::Strain, youngs_modulus: YOUNGS_MODULUS, poisson_ratio: 0.0 };
     let bar = Body::block(V::zeros(), V::from([LENGTH, WIDTH]), SPACING, material, 1000.0);
     let end = MaterialPoint::over_face(
         V::from([LENGTH, 0.0]),

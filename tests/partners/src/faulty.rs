@@ -1,6 +1,6 @@
 //! Any participant, broken at a chosen place: what the rest must survive.
 
-use interfaces::{Call, Description, Direction, Fields, Participant, ParticipantError, Readiness};
+use interfaces::{Call, Description, Direction, Fields, Participant, ParticipantError, Readiness, Result};
 use interfaces::{TimeWindow, WindowReport};
 use rustix::process::{Signal, getpid, kill_process};
 use std::str::FromStr;
@@ -160,7 +160,7 @@ impl<P: Participant> Faulty<P> {
         self.faults.iter().filter(here).map(|fault| fault.kind).collect()
     }
 
-    fn strike(&self, call: Call) -> Result<(), ParticipantError> {
+    fn strike(&self, call: Call) -> Result<()> {
         let place = match self.window {
             Some((window, iteration)) => format!("in `{call}`, window {window}, iteration {iteration}"),
             None => format!("in `{call}`"),
@@ -211,7 +211,7 @@ impl<P: Participant> Faulty<P> {
     }
 }
 
-fn raise(signal: Signal) -> Result<(), ParticipantError> {
+fn raise(signal: Signal) -> Result<()> {
     let sent = kill_process(getpid(), signal);
     sent.map_err(|error| ParticipantError::Failed(format!("failed to signal the own process: {error}")))
 }
@@ -221,47 +221,42 @@ impl<P: Participant> Participant for Faulty<P> {
         self.inner.describe()
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         self.strike(Call::Initialize)?;
         let mut ready = self.inner.initialize(start, inputs, outputs)?;
         self.spoil(Call::Initialize, outputs, &mut ready.window_limit, &mut ready.scalars);
         Ok(ready)
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         self.window = Some((window.index, window.iteration));
         self.strike(Call::Start)?;
         self.inner.start(window, inputs)
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         self.strike(Call::Finish)?;
         let mut report = self.inner.finish(outputs)?;
         self.spoil(Call::Finish, outputs, &mut report.window_limit, &mut report.scalars);
         Ok(report)
     }
 
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         self.strike(Call::Accept)?;
         self.inner.accept(snapshot)
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         self.strike(Call::Save)?;
         self.inner.save()
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         self.strike(Call::Restore)?;
         self.inner.restore(state, outputs)
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         self.strike(Call::Terminate)?;
         self.inner.terminate()
     }

@@ -3,7 +3,7 @@
 
 use interfaces::fields::Linear;
 use interfaces::port::names;
-use interfaces::{Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness};
+use interfaces::{Description, Direction, Fields, Participant, Port, Quantity, Readiness, Result};
 use interfaces::{Role, TimeWindow, WindowReport};
 
 /// A fluid that gives a load, or a structure that gives position and velocity, of which it works out nothing.
@@ -64,11 +64,11 @@ impl Participant for Idle {
         &self.description
     }
 
-    fn initialize(&mut self, _: f64, _: &Fields, _: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, _: f64, _: &Fields, _: &mut Fields) -> Result<Readiness> {
         Ok(Readiness { window_limit: f64::INFINITY, scalars: vec![] })
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         self.given = (window.index as usize * 3 + window.iteration as usize) % LOADS;
         self.sub_steps = window.sub_steps.count().unwrap_or(1);
         let loads = [names::START_PRESSURE_GRADIENT, names::PRESSURE_GRADIENT].map(|name| inputs.get(name));
@@ -86,7 +86,7 @@ impl Participant for Idle {
         Ok(())
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         if let (false, Some(load)) = (self.loads.is_empty(), outputs.get_mut(names::PRESSURE_GRADIENT)) {
             load.copy_from_slice(&self.loads[self.given]);
         }
@@ -98,19 +98,19 @@ impl Participant for Idle {
         })
     }
 
-    fn accept(&mut self, _: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, _: Option<u64>) -> Result<()> {
         Ok(())
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         Ok(vec![])
     }
 
-    fn restore(&mut self, _: &[u8], _: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, _: &[u8], _: &mut Fields) -> Result<Readiness> {
         Ok(Readiness { window_limit: f64::INFINITY, scalars: vec![] })
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         Ok(())
     }
 }

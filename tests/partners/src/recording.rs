@@ -1,6 +1,6 @@
 //! A participant whose calls are kept, for tests of the order of calls.
 
-use interfaces::{Call, Description, Fields, Participant, ParticipantError, Readiness, Role};
+use interfaces::{Call, Description, Fields, Participant, Readiness, Result, Role};
 use interfaces::{TimeWindow, WindowReport};
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -69,12 +69,7 @@ impl<P: Participant> Recording<P> {
         Self { inner, log }
     }
 
-    fn keep<T>(
-        &self,
-        call: Call,
-        result: Result<T, ParticipantError>,
-        fill: impl FnOnce(&mut Recorded),
-    ) -> Result<T, ParticipantError> {
+    fn keep<T>(&self, call: Call, result: Result<T>, fill: impl FnOnce(&mut Recorded)) -> Result<T> {
         let mut record = Recorded {
             role: self.inner.describe().role,
             call,
@@ -97,12 +92,7 @@ impl<P: Participant> Participant for Recording<P> {
         self.inner.describe()
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         let result = self.inner.initialize(start, inputs, outputs);
         let given = result.is_ok().then(|| outputs.clone());
         self.keep(Call::Initialize, result, |record| {
@@ -110,31 +100,31 @@ impl<P: Participant> Participant for Recording<P> {
         })
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         let result = self.inner.start(window, inputs);
         self.keep(Call::Start, result, |record| {
             (record.window, record.inputs) = (Some(*window), Some(inputs.clone()));
         })
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         let result = self.inner.finish(outputs);
         let given = result.is_ok().then(|| outputs.clone());
         self.keep(Call::Finish, result, |record| record.outputs = given)
     }
 
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         let result = self.inner.accept(snapshot);
         self.keep(Call::Accept, result, |record| record.snapshot = snapshot)
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         let result = self.inner.save();
         let bytes = result.as_ref().ok().map(Vec::len);
         self.keep(Call::Save, result, |record| record.bytes = bytes)
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let result = self.inner.restore(state, outputs);
         let given = result.is_ok().then(|| outputs.clone());
         self.keep(Call::Restore, result, |record| {
@@ -142,7 +132,7 @@ impl<P: Participant> Participant for Recording<P> {
         })
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         let result = self.inner.terminate();
         self.keep(Call::Terminate, result, |_| {})
     }

@@ -1,6 +1,8 @@
 //! A participant that plays a fixed part: what it is told to give, for what it is told to expect.
 
-use interfaces::{Description, Fields, Participant, ParticipantError, Readiness, TimeWindow, WindowReport};
+use interfaces::{
+    Description, Fields, Participant, ParticipantError, Readiness, Result, TimeWindow, WindowReport,
+};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use words::bytes::{Reader, Writer};
@@ -78,7 +80,7 @@ impl Scripted {
         self.played
     }
 
-    fn fail<T>(&mut self, what: &str) -> Result<T, ParticipantError> {
+    fn fail<T>(&mut self, what: &str) -> Result<T> {
         self.left = true;
         Err(ParticipantError::Failed(format!(
             "the coupler left the script at solution {}: {what}",
@@ -86,7 +88,7 @@ impl Scripted {
         )))
     }
 
-    fn compare(&mut self, expected: &Arrays, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn compare(&mut self, expected: &Arrays, inputs: &Fields) -> Result<()> {
         for (name, values) in expected {
             let Some(found) = inputs.get(name) else {
                 return self.fail(&format!("it brought no field `{name}`"));
@@ -105,7 +107,7 @@ impl Scripted {
     }
 
     /// What stood there when the script was at its place: what was given last, field by field.
-    fn give_last(&self, outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn give_last(&self, outputs: &mut Fields) -> Result<Readiness> {
         let played = &self.script.solutions[..self.played];
         for given in std::iter::once(&self.script.given).chain(played.iter().map(|s| &s.given)) {
             give(given, outputs)?;
@@ -124,7 +126,7 @@ impl Scripted {
     }
 }
 
-fn give(given: &Arrays, outputs: &mut Fields) -> Result<(), ParticipantError> {
+fn give(given: &Arrays, outputs: &mut Fields) -> Result<()> {
     for (name, values) in given {
         match outputs.get_mut(name) {
             Some(array) if array.len() == values.len() => array.copy_from_slice(values),
@@ -148,19 +150,14 @@ impl Participant for Scripted {
         &self.script.description
     }
 
-    fn initialize(
-        &mut self,
-        _start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, _start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         let expected = self.script.expected.clone();
         self.compare(&expected, inputs)?;
         give(&self.script.given, outputs)?;
         Ok(self.script.readiness.clone())
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         match self.open {
             Open::Nothing => {}
             Open::Finish => return self.fail("it started a window before it finished the last"),
@@ -191,7 +188,7 @@ impl Participant for Scripted {
         Ok(())
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         if self.open != Open::Finish {
             return self.fail("it finished a window that it did not start");
         }
@@ -201,7 +198,7 @@ impl Participant for Scripted {
         Ok(solution.report.clone())
     }
 
-    fn accept(&mut self, _snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, _snapshot: Option<u64>) -> Result<()> {
         if self.open != Open::Accept {
             return self.fail("it accepted where the script does not");
         }
@@ -209,13 +206,13 @@ impl Participant for Scripted {
         Ok(())
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         let mut state = Writer::new(MAGIC);
         state.usize(self.played);
         Ok(state.finish())
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let read = |state| {
             let mut state = Reader::new("script's state", MAGIC, state)?;
             let played = state.usize("place")?;
@@ -231,7 +228,7 @@ impl Participant for Scripted {
         }
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         let left_over = self.script.solutions.len() - self.played;
         if left_over > 0 && !self.left {
             return self.fail(&format!("it terminated with {left_over} solution(s) left over"));

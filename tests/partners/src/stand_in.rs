@@ -1,7 +1,9 @@
 //! What all mocks share: the accepted state and the trial, saving, and the checks of shapes.
 
 use interfaces::fields::wrong_length;
-use interfaces::{Description, Direction, Exchange, Fields, Participant, ParticipantError, Port, Readiness};
+use interfaces::{
+    Description, Direction, Exchange, Fields, Participant, ParticipantError, Port, Readiness, Result,
+};
 use interfaces::{TimeWindow, WindowReport};
 use std::time::Instant;
 use words::bytes::{self, Reader, Writer};
@@ -15,18 +17,13 @@ pub trait Model {
     fn description(&self) -> Description;
 
     /// Keeps the constant inputs, and gives the state at time `start` (s).
-    fn initial(&mut self, start: f64, inputs: &Fields) -> Result<Vec<f64>, ParticipantError>;
+    fn initial(&mut self, start: f64, inputs: &Fields) -> Result<Vec<f64>>;
 
     /// Writes the constant fields.
     fn constants(&self, outputs: &mut Fields);
 
     /// The state at the window's end and the sub-steps taken.
-    fn advance(
-        &self,
-        accepted: &[f64],
-        window: &TimeWindow,
-        inputs: &Fields,
-    ) -> Result<(Vec<f64>, u32), ParticipantError>;
+    fn advance(&self, accepted: &[f64], window: &TimeWindow, inputs: &Fields) -> Result<(Vec<f64>, u32)>;
 
     /// Writes the fields exchanged every window.
     fn outputs(&self, state: &[f64], outputs: &mut Fields);
@@ -73,7 +70,7 @@ impl<M: Model> StandIn<M> {
         Readiness { window_limit: self.window_limit, scalars: self.model.scalars(&self.accepted) }
     }
 
-    fn check_lengths(&self, fields: &Fields, direction: Direction) -> Result<(), ParticipantError> {
+    fn check_lengths(&self, fields: &Fields, direction: Direction) -> Result<()> {
         for port in self.description.ports.iter().filter(|p| p.direction == direction) {
             let port = Port { points: port.points.or(Some(self.points)), ..port.clone() };
             let found = fields.get(&port.name).map_or(0, <[f64]>::len);
@@ -90,12 +87,7 @@ impl<M: Model> Participant for StandIn<M> {
         &self.description
     }
 
-    fn initialize(
-        &mut self,
-        start: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         self.points = inputs
             .iter()
             .chain(outputs.iter())
@@ -110,7 +102,7 @@ impl<M: Model> Participant for StandIn<M> {
         Ok(self.readiness())
     }
 
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         let began = Instant::now();
         self.check_lengths(inputs, Direction::In)?;
         let (state, sub_steps) = self.model.advance(&self.accepted, window, inputs)?;
@@ -118,7 +110,7 @@ impl<M: Model> Participant for StandIn<M> {
         Ok(())
     }
 
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         self.check_lengths(outputs, Direction::Out)?;
         let trial = self.trial.as_ref().ok_or_else(no_window)?;
         self.model.outputs(&trial.state, outputs);
@@ -130,18 +122,18 @@ impl<M: Model> Participant for StandIn<M> {
         })
     }
 
-    fn accept(&mut self, _snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, _snapshot: Option<u64>) -> Result<()> {
         self.accepted = self.trial.take().ok_or_else(no_window)?.state;
         Ok(())
     }
 
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         let mut state = Writer::new(MAGIC);
         state.f64s(&self.accepted);
         Ok(state.finish())
     }
 
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let refused = |error: bytes::Error| ParticipantError::Failed(error.to_string());
         let mut state = Reader::new("mock's state", MAGIC, state).map_err(refused)?;
         self.accepted = state.f64s("numbers", Some(self.accepted.len())).map_err(refused)?;
@@ -151,7 +143,7 @@ impl<M: Model> Participant for StandIn<M> {
         Ok(self.readiness())
     }
 
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         Ok(())
     }
 }

@@ -109,12 +109,18 @@ impl<const D: usize> Along<D> {
     }
 
     /// Pressure gradients (Pa/m) by which Eq. (18) carries the pressure onto boundaries, from those of
-    /// [`gradients`](Self::gradients): along the boundary `G_a` as far as it is trusted, `weight = ρ g`
-    /// (Pa/m) for the rest and across.
-    pub fn slopes(&self, weight: &Vector<D>, gradients: &[Vector<D>], out: &mut Vec<Vector<D>>) {
+    /// [`gradients`](Self::gradients): along the boundary `G_a` as far as it is trusted, `weight = ρ (g − a_w)`
+    /// (Pa/m) at the particle for the rest and across, `a_w` the acceleration of walls across their surface.
+    pub fn slopes(
+        &self,
+        weight: impl Fn(usize) -> Vector<D>,
+        gradients: &[Vector<D>],
+        out: &mut Vec<Vector<D>>,
+    ) {
         out.clear();
         out.extend(self.rows.iter().zip(gradients).map(|(row, gradient)| {
-            let across = row.normal * row.normal.dot(weight);
+            let weight = weight(row.particle as usize);
+            let across = row.normal * row.normal.dot(&weight);
             gradient + across + (weight - across) * (1.0 - row.trust)
         }));
     }

@@ -59,13 +59,14 @@ impl<const D: usize> PressurePreconditioner<D> {
             })
         });
         self.yields.clear();
-        if wide {
+        if let (true, Some(yielding)) = (wide, &operator.yielding) {
             let list = &operator.pair.neighbourhood.fluid_of_structure;
             let of_unit_pressure = |s: usize| {
                 let gradients = &operator.pair.neighbourhood.fluid_of_structure_gradients[list.range(s)];
                 gradients.iter().fold(Vector::zeros(), |sum: Vector<D>, g| sum + g) * 2.0
             };
-            self.yields.extend(operator.compliance.iter().enumerate().map(|(s, c)| of_unit_pressure(s) * -c));
+            self.yields.extend((0..list.len()).map(of_unit_pressure));
+            yielding.accelerate(&mut self.yields, &mut Vec::new());
         }
         let yields = &self.yields;
         let (list, free) = (&operator.pair.neighbourhood.fluid, operator.free);

@@ -9,6 +9,7 @@
 
 use super::adjoint_pair::{AdjointPair, ROWS};
 use super::along::BoundaryVelocities;
+use crate::boundaries::sampling::Sampling;
 use rayon::prelude::*;
 use sph::Vector;
 
@@ -18,10 +19,10 @@ pub struct PressureOperator<'a, const D: usize> {
     pub pair: AdjointPair<'a, D>,
     /// `1/ρ` (m³/kg).
     pub inverse_density: f64,
-    /// `1/ρ_s` of each interface particle (m³/kg); empty where the structure does not yield.
-    pub compliance: &'a [f64],
+    /// How the structure yields, where it does.
+    pub yielding: Option<Yielding<'a>>,
     /// Share of the compact Laplacian.
-    pub laplacian_share: f64,
+    pub pressure_stabilization: f64,
     /// Share of `D M⁻¹ Dᵀ`: 1, or 0 for the paper's scheme.
     pub wide_share: f64,
     /// Added to the diagonal (m³/kg/m²).
@@ -30,13 +31,39 @@ pub struct PressureOperator<'a, const D: usize> {
     pub free: &'a [bool],
 }
 
+/// A structure that yields to its load.
+#[derive(Clone, Copy)]
+pub struct Yielding<'a> {
+    /// Its boundary points.
+    pub sampling: &'a Sampling,
+    /// `1/ρ_s` of each interface particle, or a share of it (m³/kg).
+    pub compliance: &'a [f64],
+}
+
+impl<'a> Yielding<'a> {
+    /// Nothing where `compliance` is empty.
+    pub fn of(sampling: &'a Sampling, compliance: &'a [f64]) -> Option<Self> {
+        (!compliance.is_empty()).then_some(Self { sampling, compliance })
+    }
+
+    /// Makes accelerations (m/s²) of loads (Pa/m) on the boundary points: a load goes to the particles that
+    /// carry the point, and their acceleration comes back the same way. `particles` is memory.
+    pub fn accelerate<const D: usize>(&self, points: &mut Vec<Vector<D>>, particles: &mut Vec<Vector<D>>) {
+        self.sampling.at_particles(points, particles);
+        particles.iter_mut().zip(self.compliance).for_each(|(g, c)| *g *= -c);
+        self.sampling.at_points(particles, points);
+    }
+}
+
 /// Memory for applying the operator.
 #[derive(Clone, Debug, Default)]
 pub struct OperatorScratch<const D: usize> {
     /// Accelerations of the fluid (m/s²).
     pub fluid: Vec<Vector<D>>,
-    /// Accelerations of the structure (m/s²).
+    /// Accelerations of the structure's boundary points (m/s²).
     pub structure: Vec<Vector<D>>,
+    /// Those of its particles.
+    pub particles: Vec<Vector<D>>,
     /// Pressure gradients along boundaries (Pa/m).
     pub gradients: Vec<Vector<D>>,
     /// What particles beside boundaries give to their own divergence (1/s).
@@ -50,7 +77,7 @@ impl<const D: usize> PressureOperator<'_, D> {
         let AdjointPair { neighbourhood, along, own } = self.pair;
         let list = &neighbourhood.fluid;
         scratch.fluid.resize(p.len(), Vector::zeros());
-        let compact = self.laplacian_share * self.inverse_density;
+        let compact = self.pressure_stabilization * self.inverse_density;
         scratch.fluid.par_iter_mut().zip(out.par_iter_mut()).with_min_len(ROWS).enumerate().for_each(
             |(a, (acceleration, out))| {
                 let pairs = &neighbourhood.fluid_pairs[list.range(a)];
@@ -74,11 +101,9 @@ impl<const D: usize> PressureOperator<'_, D> {
             return;
         }
         scratch.structure.clear();
-        if !self.compliance.is_empty() {
+        if let Some(yielding) = &self.yielding {
             self.pair.structure_gradients(p, &mut scratch.gradients, &mut scratch.structure);
-            for (g, c) in scratch.structure.iter_mut().zip(self.compliance) {
-                *g *= -c;
-            }
+            yielding.accelerate(&mut scratch.structure, &mut scratch.particles);
         }
         let boundaries = BoundaryVelocities { walls: &[], structure: &scratch.structure };
         along.carry(neighbourhood, own, &boundaries, &mut scratch.fluid, &mut scratch.own_terms);
@@ -103,7 +128,7 @@ impl<const D: usize> PressureOperator<'_, D> {
                 wide += carried.norm_squared();
                 compact += pair.stiffness();
             }
-            *out = self.inverse_density * (self.wide_share * wide + self.laplacian_share * compact);
+            *out = self.inverse_density * (self.wide_share * wide + self.pressure_stabilization * compact);
         });
     }
 }

@@ -1,7 +1,6 @@
 //! From pressure to velocity: the symmetric gradient, that of Eq. (18), and as much of the second as energy
 //! allows.
 
-use crate::boundaries::walls::Walls;
 use crate::isph::pressure::along::Along;
 use crate::particles::neighbourhood::Neighbourhood;
 use rayon::prelude::*;
@@ -15,24 +14,6 @@ pub fn confidence<const D: usize>(corrections: &[(Matrix<D>, f64)], out: &mut Ve
     out.par_iter_mut().zip(corrections).with_min_len(1024).for_each(|(out, (_, smallest))| {
         *out = ((smallest - 0.3) / 0.2).clamp(0.0, 1.0);
     });
-}
-
-/// Takes the share of Eq. (18) from particles beside walls that move: its `p_w` knows nothing of their
-/// acceleration.
-pub fn none_beside_moving_walls<const D: usize>(
-    neighbourhood: &Neighbourhood<D>,
-    walls: &Walls<D>,
-    share: &mut [f64],
-) {
-    if !walls.moves() {
-        return;
-    }
-    let moves = |w: &u32| walls.part_moves(walls.part_of[*w as usize] as usize);
-    for (a, share) in share.iter_mut().enumerate() {
-        if neighbourhood.walls.of(a).iter().any(moves) {
-            *share = 0.0;
-        }
-    }
 }
 
 /// Accelerations (m/s²) by Eq. (18), `−(1/ρ) Σ V (p_b − p_a) B∇W`, with `p_w = p_a − ρ g·r_aw` on walls and
@@ -64,6 +45,22 @@ pub fn corrected_accelerations<const D: usize>(
 /// least it had: half of a thousandth of the potential energy `½ M g H` of water H high.
 const EXCESS: f64 = 2.5e-4;
 
+/// Share of the energy that the projection took which Eq. (18) may give back to water at rest. Given back in
+/// full, it keeps alive what the projection is there to take: water at rest 100 particles deep in a rigid tank
+/// then presses with 784 ± 120 N, where 776.7 ± 0.5 N are seen with this share and 776 ± 1 N with none; with
+/// none a standing wave gains 1.1e-3 of its energy, with this share 0.7e-3.
+const LENT_AT_REST: f64 = 0.2;
+
+/// The same of water that moves, from its kinetic energy and `M u_ref²` (J).
+pub fn lent(kinetic_energy: f64, scale: f64) -> f64 {
+    LENT_AT_REST + (1.0 - LENT_AT_REST) * motion(kinetic_energy, scale)
+}
+
+/// How far the fluid counts as moving, 0 to 1.
+fn motion(kinetic_energy: f64, scale: f64) -> f64 {
+    if scale > 0.0 { (kinetic_energy / (MOVING * scale)).min(1.0) } else { 0.0 }
+}
+
 /// Share of the energy excess that a step's budget is shortened by, times the strictness.
 pub const RETURNED: f64 = 0.1;
 
@@ -83,7 +80,7 @@ const MOVING: f64 = 0.01;
 /// of the excess, [`RETURNED`] is taken out of the budget each step.
 pub fn strictness(excess: f64, kinetic_energy: f64, scale: f64) -> f64 {
     if scale > 0.0 {
-        (excess / (EXCESS * scale)).clamp(0.0, 1.0) * (kinetic_energy / (MOVING * scale)).min(1.0)
+        (excess / (EXCESS * scale)).clamp(0.0, 1.0) * motion(kinetic_energy, scale)
     } else {
         0.0
     }

@@ -2,11 +2,11 @@
 
 use crate::boundaries::ties;
 use crate::error::Error;
-use crate::interface::InterfaceInput;
+use crate::interface::BoundaryPoints;
 use crate::isph::options::{Options, Preconditioner, Scheme};
 use crate::isph::pressure::adjoint_pair::{self, AdjointPair};
 use crate::isph::pressure::hierarchy::{Hierarchy, Origin};
-use crate::isph::pressure::pressure_operator::PressureOperator;
+use crate::isph::pressure::pressure_operator::{PressureOperator, Yielding};
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
 use crate::isph::step::scratch::{ROWS, Scratch, Terms};
@@ -18,10 +18,10 @@ use rayon::prelude::*;
 use sph::Vector;
 use std::sync::Arc;
 
-/// The operator of both solves; without `compliance` the structure is a wall.
+/// The operator of both solves; where the structure is not `yielding` it is a wall.
 pub(super) fn operator<'a, const D: usize>(
     (properties, options): (&FluidProperties<D>, &Options),
-    compliance: &'a [f64],
+    yielding: Option<Yielding<'a>>,
     neighbourhood: &'a Neighbourhood<D>,
     surface: &'a Surface<D>,
     terms: &'a Terms<D>,
@@ -29,8 +29,8 @@ pub(super) fn operator<'a, const D: usize>(
     PressureOperator {
         pair: AdjointPair { neighbourhood, along: &terms.along, own: &terms.own },
         inverse_density: 1.0 / properties.density,
-        compliance,
-        laplacian_share: options.laplacian_share,
+        yielding,
+        pressure_stabilization: options.pressure_stabilization,
         wide_share: if options.scheme == Scheme::Paper { 0.0 } else { 1.0 },
         extra_diagonal: &terms.extra_diagonal,
         free: &surface.free,
@@ -50,10 +50,17 @@ impl<const D: usize> Isph<D> {
             wall_volumes: &self.walls.volumes,
             wall_grid: &self.walls.grid,
             structure_positions,
-            structure_volumes: &self.interface.volumes,
+            structure_volumes: &self.sampling.volumes,
         };
         let Scratch {
-            neighbourhood, corrections, surface, structure_surface, walls_of_structure, ties, ..
+            neighbourhood,
+            corrections,
+            surface,
+            structure_surface,
+            structure_normals,
+            walls_of_structure,
+            ties,
+            ..
         } = &mut self.scratch;
         let (spacing, volume) = (self.properties.spacing, self.properties.particle_volume);
         neighbourhood.update(&self.kernel, spacing, volume, positions, &bodies);
@@ -63,15 +70,15 @@ impl<const D: usize> Isph<D> {
         structure_surface.normals(
             &self.kernel,
             structure_positions,
-            &self.interface.volumes,
-            &mut self.output.normals,
+            &self.sampling.volumes,
+            structure_normals,
         );
         let walls = &self.walls;
         let outwards = |w: usize| walls.surface_point(walls.part_of[w] as usize, &walls.positions[w], false);
         ties::find(
             self.kernel.support(),
-            (&walls.positions, |w| outwards(w).normal),
-            (structure_positions, &self.output.normals, &self.interface_spacings),
+            (&walls.positions, |w| walls.volumes[w].powf(1.0 / D as f64), |w| outwards(w).normal),
+            (structure_positions, structure_normals, &self.sampling.spacings),
             walls_of_structure,
             ties,
         );
@@ -83,15 +90,14 @@ impl<const D: usize> Isph<D> {
         let s = &mut self.scratch;
         // The paper's gradient, Eq. (18), has ways of its own with boundaries.
         let carries = self.options.scheme == Scheme::EnergyConsistent;
-        let (walls, near) = (&self.walls, &s.neighbourhood);
-        let moves = |w: &u32| walls.part_moves(walls.part_of[*w as usize] as usize);
-        let beside = |a: usize| !near.structure.of(a).is_empty() || near.walls.of(a).iter().any(moves);
+        let near = &s.neighbourhood;
+        let beside = |a: usize| !near.structure.of(a).is_empty() || !near.walls.of(a).is_empty();
         s.terms.along.find(near, |a| carries && beside(a));
         adjoint_pair::own_gradients(&s.neighbourhood, &s.terms.along, &mut s.terms.own);
         let unit = 1.0 / (self.properties.density * self.properties.spacing.powi(2));
         s.terms.extra_diagonal.clear();
         s.terms.extra_diagonal.resize(s.terms.own.len(), 0.0);
-        operator((&self.properties, &self.options), &self.compliance, &s.neighbourhood, &s.surface, &s.terms)
+        operator((&self.properties, &self.options), None, &s.neighbourhood, &s.surface, &s.terms)
             .diagonal(&mut s.diagonal);
         s.terms.draw.resize(s.terms.own.len(), 0.0);
         let terms = s.terms.extra_diagonal.par_iter_mut().zip(&mut s.terms.draw);
@@ -116,11 +122,11 @@ impl<const D: usize> Isph<D> {
         if self.scratch.is_prepared_for(origin) {
             return Ok(());
         }
-        let (found, expected) = (origin.structure_positions.len(), self.interface.volumes.len());
+        let (found, expected) = (origin.structure_positions.len(), self.sampling.len());
         if found != expected {
             return Err(Error::InterfaceLength { field: "positions in the saved state", found, expected });
         }
-        self.walls.move_to(origin.time, origin.dt);
+        self.walls.move_to(origin.time, (origin.dt, 0.0));
         self.find_neighbours(&origin.positions, &origin.classes, &origin.structure_positions);
         self.assemble();
         self.prepare(origin);
@@ -133,7 +139,7 @@ impl<const D: usize> Isph<D> {
         &mut self,
         accepted: &State<D>,
         (time, dt): (f64, f64),
-        structure: &InterfaceInput<'_, D>,
+        structure: &BoundaryPoints<D>,
         trial: &mut State<D>,
     ) {
         if accepted.memory.hierarchy.is_none() {
@@ -147,7 +153,7 @@ impl<const D: usize> Isph<D> {
             made_of.positions.clone_from(&accepted.positions);
             made_of.classes.clone_from(&accepted.classes);
             made_of.structure_positions.clear();
-            made_of.structure_positions.extend_from_slice(structure.positions);
+            made_of.structure_positions.extend_from_slice(&structure.positions);
             self.prepare(&origin);
             let kept = self.options.preconditioner == Preconditioner::Multigrid;
             trial.memory.hierarchy = kept.then(|| Hierarchy::new(origin));
@@ -158,7 +164,7 @@ impl<const D: usize> Isph<D> {
         let s = &mut self.scratch;
         let a = operator(
             (&self.properties, &self.options),
-            &self.compliance,
+            Yielding::of(&self.sampling, &self.compliance),
             &s.neighbourhood,
             &s.surface,
             &s.terms,

@@ -9,7 +9,7 @@ mod solves;
 mod velocity;
 
 use crate::error::Error;
-use crate::interface::InterfaceInput;
+use crate::interface::{BoundaryPoints, InterfaceInput};
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
 use crate::report::StepReport;
@@ -46,28 +46,44 @@ impl<const D: usize> Isph<D> {
         dt: f64,
         structure: &InterfaceInput<'_, D>,
         trial: &mut State<D>,
-        mut done: impl FnMut(Stage),
+        done: impl FnMut(Stage),
     ) -> Result<StepReport<D>, Error> {
         structure.check(self.interface.volumes.len(), time)?;
+        let mut points = std::mem::take(&mut self.scratch.points);
+        points.take(&self.sampling, structure, &self.compliance, dt);
+        let report = self.step_beside(&points, accepted, (time, dt), trial, done);
+        self.scratch.points = points;
+        report
+    }
+
+    /// The step beside a structure of these boundary points.
+    fn step_beside(
+        &mut self,
+        structure: &BoundaryPoints<D>,
+        accepted: &State<D>,
+        (time, dt): (f64, f64),
+        trial: &mut State<D>,
+        mut done: impl FnMut(Stage),
+    ) -> Result<StepReport<D>, Error> {
         trial.copy_from(accepted);
         self.recover_hierarchy(accepted)?;
-        self.walls.move_to(time, dt);
+        self.walls.move_to(time, (dt, accepted.last_dt));
         let mut report = StepReport { dt, ..StepReport::default() };
 
         //                                                                  (1), (5), (17), (25), (26)
-        self.find_neighbours(&accepted.positions, &accepted.classes, structure.positions);
+        self.find_neighbours(&accepted.positions, &accepted.classes, &structure.positions);
         done(Stage::Neighbours);
         self.assemble(); //                                                 (15), (16)
         self.choose_hierarchy(accepted, (time, dt), structure, trial);
         done(Stage::Assembly);
         self.predict(accepted, dt, structure, &mut report); //              (10)–(13)
-        self.find_known(accepted);
+        self.find_known(accepted, structure);
         done(Stage::Prediction);
         self.project_positions(time, trial, &mut report)?; //               density error
         done(Stage::PositionProjection);
-        self.solve_pressure(accepted, time, dt, trial, &mut report)?; //     (14)–(17)
+        self.solve_pressure(accepted, (time, dt), structure, trial, &mut report)?; // (14)–(17)
         done(Stage::PressureSolve);
-        self.correct_velocity(dt, trial, &mut report); //                    (18)
+        self.correct_velocity(dt, structure, trial, &mut report); //         (18)
         done(Stage::Velocity);
         self.move_particles(accepted, dt, structure, trial, &mut report); // (19)–(31)
         self.load_boundaries(dt, structure, trial, &mut report); //          (46), (48)

@@ -2,7 +2,7 @@
 
 use crate::boundaries::contact::{self, Approach};
 use crate::error::Error;
-use crate::interface::InterfaceInput;
+use crate::interface::BoundaryPoints;
 use crate::isph::shifting::{self, ShiftingInput};
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
@@ -21,7 +21,7 @@ impl<const D: usize> Isph<D> {
         &mut self,
         accepted: &State<D>,
         dt: f64,
-        structure: &InterfaceInput<'_, D>,
+        structure: &BoundaryPoints<D>,
         trial: &mut State<D>,
         report: &mut StepReport<D>,
     ) {
@@ -33,8 +33,8 @@ impl<const D: usize> Isph<D> {
             surface: &s.surface,
             positions: &accepted.positions,
             wall_positions: &self.walls.positions,
-            structure_positions: structure.positions,
-            structure_normals: &self.output.normals,
+            structure_positions: &structure.positions,
+            structure_normals: &s.structure_normals,
             magnitude: fastest * dt,
             smoothing_length: h,
         };
@@ -70,9 +70,9 @@ impl<const D: usize> Isph<D> {
             let nearest = contact::nearest_structure(
                 &at,
                 near_structure,
-                structure.positions,
-                &self.output.normals,
-                &self.interface_spacings,
+                &structure.positions,
+                &s.structure_normals,
+                &self.sampling.spacings,
             );
             if let Some((i, surface)) = nearest {
                 lost |= surface.distance < -0.5 * spacing;

@@ -1,7 +1,7 @@
 //! The velocity without pressure.
 
 use crate::boundaries::ties;
-use crate::interface::InterfaceInput;
+use crate::interface::BoundaryPoints;
 use crate::isph::interface_load;
 use crate::isph::options::Tearing;
 use crate::isph::pressure::adjoint_pair::AdjointPair;
@@ -16,15 +16,15 @@ use rayon::prelude::*;
 use sph::{Vector, parallel};
 
 impl<const D: usize> Isph<D> {
-    /// `u* = u + Δt (g + viscosity)`, Eq. (12); the structure's with the held load taken back.
+    /// `u* = u + Δt (g + viscosity)`, Eq. (12).
     pub(super) fn predict(
         &mut self,
         accepted: &State<D>,
         dt: f64,
-        structure: &InterfaceInput<'_, D>,
+        structure: &BoundaryPoints<D>,
         report: &mut StepReport<D>,
     ) {
-        let approach_viscosity = self.approach_viscosity();
+        let artificial_viscosity = self.artificial_viscosity();
         let s = &mut self.scratch;
         let input = ViscousInput {
             neighbourhood: &s.neighbourhood,
@@ -33,11 +33,11 @@ impl<const D: usize> Isph<D> {
             velocities: &accepted.velocities,
             kinematic_viscosity: self.properties.kinematic_viscosity,
             smoothing_length: self.kernel.smoothing_length(),
-            approach_viscosity,
+            artificial_viscosity,
         };
         viscosity::accelerations(&input, &self.options, &mut s.viscosities, &mut s.viscous);
         s.contact_impulses.clear();
-        s.contact_impulses.resize(self.interface.volumes.len(), Vector::zeros());
+        s.contact_impulses.resize(self.sampling.len(), Vector::zeros());
         s.wall_forces.clear(self.walls.parts.len());
         let mass = self.properties.density * self.properties.particle_volume;
         interface_load::boundary_friction(
@@ -65,37 +65,32 @@ impl<const D: usize> Isph<D> {
                 let kick = s.viscous[a] * dt;
                 kick.dot(&(accepted.velocities[a] + kick * 0.5))
             });
-        s.predicted_structure.clear();
-        s.predicted_structure.extend_from_slice(structure.velocities);
-        if !self.compliance.is_empty() {
-            for ((u, held), c) in
-                s.predicted_structure.iter_mut().zip(structure.held_pressure_gradients).zip(&self.compliance)
-            {
-                *u += held * (dt * c);
-            }
-        }
         let near = &s.neighbourhood.walls;
         self.walls.velocities_across(&accepted.positions, near, &mut s.wall_velocities);
         ties::leave_to_structure(&s.ties, self.walls.positions.len(), near, &mut s.wall_velocities);
     }
 
     /// `D u*` (1/s) of every particle.
-    pub(super) fn predicted_divergence(scratch: &mut Scratch<D>, out: &mut Vec<f64>) {
+    pub(super) fn predicted_divergence(
+        scratch: &mut Scratch<D>,
+        structure: &BoundaryPoints<D>,
+        out: &mut Vec<f64>,
+    ) {
         let Scratch { neighbourhood, terms, predicted, operator, .. } = scratch;
         let pair = AdjointPair { neighbourhood, along: &terms.along, own: &terms.own };
         let boundaries =
-            BoundaryVelocities { walls: &scratch.wall_velocities, structure: &scratch.predicted_structure };
+            BoundaryVelocities { walls: &scratch.wall_velocities, structure: &structure.unloaded };
         operator.fluid.clone_from(predicted);
         pair.divergence(&mut operator.fluid, &boundaries, &mut operator.own_terms, out);
     }
 
     /// Settles which pressures are known, and tells the preconditioner.
-    pub(super) fn find_known(&mut self, accepted: &State<D>) {
+    pub(super) fn find_known(&mut self, accepted: &State<D>, structure: &BoundaryPoints<D>) {
         let s = &mut self.scratch;
         s.torn.clear();
         if self.options.tearing != Tearing::Off {
             let mut parting = std::mem::take(&mut s.parting);
-            Self::predicted_divergence(s, &mut parting);
+            Self::predicted_divergence(s, structure, &mut parting);
             s.parting = parting;
             let limit = -tearing::LIMIT * self.properties.density * self.reference_velocity.powi(2);
             let law = (self.options.tearing, limit);

@@ -1,7 +1,7 @@
 //! Memory of a step.
 
 use crate::boundaries::ties::Tie;
-use crate::interface::StructureSurface;
+use crate::interface::{BoundaryPoints, StructureSurface};
 use crate::isph::interface_load::WallForces;
 use crate::isph::pressure::along::Along;
 use crate::isph::pressure::conjugate_gradients;
@@ -38,7 +38,10 @@ pub struct Scratch<const D: usize> {
     pub neighbourhood: Neighbourhood<D>,
     pub corrections: Vec<(Matrix<D>, f64)>,
     pub surface: Surface<D>,
+    /// The structure's boundary points, their surface and normals out of it (zero inside).
+    pub points: BoundaryPoints<D>,
     pub structure_surface: StructureSurface,
+    pub structure_normals: Vec<Vector<D>>,
     pub terms: Terms<D>,
     pub diagonal: Vec<f64>,
     pub right: Vec<f64>,
@@ -62,7 +65,6 @@ pub struct Scratch<const D: usize> {
     /// What the known pressures give of the pressure equation's left side (1/s²).
     pub of_known: Vec<f64>,
     pub predicted: Vec<Vector<D>>,
-    pub predicted_structure: Vec<Vector<D>>,
     pub confidence: Vec<f64>,
     pub position_shifts: Vec<Vector<D>>,
     /// Change of velocity (m/s) that Eq. (18) makes to that by the symmetric gradient.
@@ -71,11 +73,16 @@ pub struct Scratch<const D: usize> {
     pub gradients_along: Vec<Vector<D>>,
     /// The same as Eq. (18) carries it.
     pub slopes: Vec<Vector<D>>,
-    /// `g_s` (Pa/m): what the projection lays on the structure.
+    /// `g_s` (Pa/m): what the projection lays on the structure's boundary points.
     pub structure_gradients: Vec<Vector<D>>,
+    /// What the fluid gets from each boundary point, as `R_s` (Pa/m), and the pressures (Pa) beside them.
+    pub reactions: Vec<Vector<D>>,
+    pub structure_pressures: Vec<f64>,
+    /// A load on the interface particles (Pa/m).
+    pub particle_loads: Vec<Vector<D>>,
     /// Shifts (m) of Eqs. (21)–(30).
     pub shifts: Vec<Vector<D>>,
-    /// What the structure gave by friction and contact (kg m/s).
+    /// What each boundary point of the structure gave by friction and contact (kg m/s).
     pub contact_impulses: Vec<Vector<D>>,
     /// Changes of velocity (m/s) by contact, each with the part of the walls that made it.
     pub wall_contacts: Vec<(usize, Vector<D>)>,

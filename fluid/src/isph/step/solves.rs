@@ -1,10 +1,11 @@
 //! The two solves of a step: displacements that mend the density, and the pressure.
 
 use crate::error::Error;
+use crate::interface::BoundaryPoints;
 use crate::isph::pressure::conjugate_gradients::{self, Limits};
 use crate::isph::pressure::position_projection;
 use crate::isph::pressure::preconditioner::PressurePreconditioner;
-use crate::isph::pressure::pressure_operator::{OperatorScratch, PressureOperator};
+use crate::isph::pressure::pressure_operator::{OperatorScratch, PressureOperator, Yielding};
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
 use crate::isph::step::assembly::operator;
@@ -36,10 +37,12 @@ impl<const D: usize> Isph<D> {
             self.lattice_concentration,
             &mut s.right,
         );
-        let a = operator((&self.properties, &self.options), &[], &s.neighbourhood, &s.surface, &s.terms);
+        let a = operator((&self.properties, &self.options), None, &s.neighbourhood, &s.surface, &s.terms);
         let q = &mut trial.memory.position_potentials;
-        let limits =
-            Limits { tolerance: self.options.position_tolerance, iterations: self.options.iteration_limit };
+        let limits = Limits {
+            tolerance: self.options.position_tolerance,
+            iterations: self.options.pressure_iterations_limit,
+        };
         let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
         remove_mean_if(s.surface.is_closed(), &mut s.right);
         report.position_solve = solve(&a, s.surface.is_closed(), &s.right, q, limits, memory);
@@ -55,18 +58,18 @@ impl<const D: usize> Isph<D> {
     pub(super) fn solve_pressure(
         &mut self,
         accepted: &State<D>,
-        time: f64,
-        dt: f64,
+        (time, dt): (f64, f64),
+        structure: &BoundaryPoints<D>,
         trial: &mut State<D>,
         report: &mut StepReport<D>,
     ) -> Result<(), Error> {
         let s = &mut self.scratch;
         let mut right = std::mem::take(&mut s.right);
-        Self::predicted_divergence(s, &mut right);
+        Self::predicted_divergence(s, structure, &mut right);
         s.right = right;
         let a = operator(
             (&self.properties, &self.options),
-            &self.compliance,
+            Yielding::of(&self.sampling, &self.compliance),
             &s.neighbourhood,
             &s.surface,
             &s.terms,
@@ -85,8 +88,10 @@ impl<const D: usize> Isph<D> {
         }
         clear_known(&mut s.right, &s.surface.free);
         let p = &mut trial.pressures;
-        let limits =
-            Limits { tolerance: self.options.pressure_tolerance, iterations: self.options.iteration_limit };
+        let limits = Limits {
+            tolerance: self.options.pressure_tolerance,
+            iterations: self.options.pressure_iterations_limit,
+        };
         let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
         remove_mean_if(s.surface.is_closed(), &mut s.right);
         report.pressure_solve = solve(&a, s.surface.is_closed(), &s.right, p, limits, memory);

@@ -1,6 +1,6 @@
 //! From pressure to velocity, and the loads that go with it.
 
-use crate::interface::InterfaceInput;
+use crate::interface::BoundaryPoints;
 use crate::isph::interface_load::{self, Carried};
 use crate::isph::options::{Load, Scheme};
 use crate::isph::pressure::adjoint_pair::AdjointPair;
@@ -10,12 +10,18 @@ use crate::isph::state::State;
 use crate::isph::step::scratch::ROWS;
 use crate::report::StepReport;
 use rayon::prelude::*;
-use sph::parallel;
+use sph::{Vector, parallel};
 
 impl<const D: usize> Isph<D> {
     /// `u = u* + Δt a(p)`, Eq. (18): the symmetric gradient, and of the corrected one what does not raise the
     /// energy.
-    pub(super) fn correct_velocity(&mut self, dt: f64, trial: &mut State<D>, report: &mut StepReport<D>) {
+    pub(super) fn correct_velocity(
+        &mut self,
+        dt: f64,
+        structure: &BoundaryPoints<D>,
+        trial: &mut State<D>,
+        report: &mut StepReport<D>,
+    ) {
         let s = &mut self.scratch;
         let inverse_density = 1.0 / self.properties.density;
         let mass = self.properties.density * self.properties.particle_volume;
@@ -25,16 +31,22 @@ impl<const D: usize> Isph<D> {
         pair.accelerations(inverse_density, p, &mut s.operator.fluid);
         pair.structure_gradients(p, &mut s.gradients_along, &mut s.structure_gradients);
         let weight = self.properties.gravity * self.properties.density;
-        s.terms.along.slopes(&weight, &s.gradients_along, &mut s.slopes);
+        let (walls, list) = (&self.walls, &s.neighbourhood.walls);
+        let weight_at = |a: usize| {
+            let density = self.properties.density;
+            weight - walls.acceleration_across(&trial.positions[a], list.of(a)) * density
+        };
+        s.terms.along.slopes(weight_at, &s.gradients_along, &mut s.slopes);
 
         let velocities = &mut trial.velocities;
         let with_pressure =
             velocities.par_iter_mut().zip(&s.predicted).zip(&s.operator.fluid).with_min_len(ROWS);
         with_pressure.for_each(|((u, predicted), a)| *u = predicted + a * dt);
         // Work of moving boundaries, by the transpose: what the projection itself may have given the fluid.
-        let interface = (&self.interface, self.compliance.as_slice());
-        let structure_work =
-            interface_load::structure_work(interface, &s.predicted_structure, &s.structure_gradients, dt);
+        self.sampling.at_particles(&s.structure_gradients, &mut s.particle_loads);
+        let particles = (&self.interface.volumes[..], &self.compliance[..]);
+        let unloaded = &structure.unloaded_particles;
+        let structure_work = interface_load::structure_work(particles, unloaded, &s.particle_loads, dt);
         let volume = self.properties.particle_volume;
         report.wall_work = interface_load::wall_work(
             (&s.neighbourhood, &s.terms.along),
@@ -58,11 +70,6 @@ impl<const D: usize> Isph<D> {
                 s.confidence.resize(p.len(), 1.0);
             } else {
                 velocity_correction::confidence(&s.corrections, &mut s.confidence);
-                velocity_correction::none_beside_moving_walls(
-                    &s.neighbourhood,
-                    &self.walls,
-                    &mut s.confidence,
-                );
             }
             let differences = s.differences.par_iter_mut().zip(&s.operator.fluid).zip(&s.confidence);
             differences.with_min_len(ROWS).for_each(|((d, a), phi)| *d = (*d - a) * (phi * dt));
@@ -77,7 +84,7 @@ impl<const D: usize> Isph<D> {
             let fall = self.properties.gravity * (0.5 * dt * strictness);
             let lifted = mass * parallel::sum(p.len(), |a| fall.dot(&(velocities[a] - s.predicted[a])));
             let returned = report.viscous_work + velocity_correction::RETURNED * trial.memory.energy_excess;
-            let budget = taken + lifted - strictness * returned;
+            let budget = velocity_correction::lent(kinetic, scale) * taken + lifted - strictness * returned;
             report.gradient_share = if paper {
                 1.0
             } else {
@@ -102,7 +109,7 @@ impl<const D: usize> Isph<D> {
     pub(super) fn load_boundaries(
         &mut self,
         dt: f64,
-        structure: &InterfaceInput<'_, D>,
+        structure: &BoundaryPoints<D>,
         trial: &State<D>,
         report: &mut StepReport<D>,
     ) {
@@ -117,8 +124,8 @@ impl<const D: usize> Isph<D> {
             corrections: &s.corrections,
         };
         let whole = self.options.scheme == Scheme::EnergyConsistent;
-        interface_load::pair_reactions(&s.neighbourhood, &carried, whole, p, &mut self.output.pair_reactions);
-        interface_load::pressures(&s.neighbourhood, p, &mut self.output.pressures);
+        interface_load::pair_reactions(&s.neighbourhood, &carried, whole, p, &mut s.reactions);
+        interface_load::pressures(&s.neighbourhood, p, &mut s.structure_pressures);
         s.wall_forces.add_pressures(
             &s.neighbourhood,
             &carried,
@@ -126,33 +133,39 @@ impl<const D: usize> Isph<D> {
             self.properties.particle_volume,
             p,
         );
-        match self.options.load {
-            Load::Transpose => {
-                // The paper's scheme leaves the particles' own pressure to what surrounds them; a load has
-                // it.
-                let of = if whole { &self.output.pair_reactions } else { &s.structure_gradients };
-                self.output.pressure_gradients.clone_from(of);
+        let load = match self.options.load {
+            // The paper's scheme leaves the particles' own pressure to what surrounds them; a load has it.
+            Load::Transpose if whole => &s.reactions,
+            Load::Transpose => &s.structure_gradients,
+            Load::PressureGradient => {
+                interface_load::pressure_gradient_load(
+                    &s.neighbourhood,
+                    &self.kernel,
+                    (&structure.positions, &self.sampling.volumes),
+                    p,
+                    &s.structure_pressures,
+                    &mut s.structure_gradients,
+                );
+                &s.structure_gradients
             }
-            Load::PressureGradient => interface_load::pressure_gradient_load(
-                &s.neighbourhood,
-                &self.kernel,
-                (structure.positions, &self.interface.volumes),
-                p,
-                &self.output.pressures,
-                &mut self.output.pressure_gradients,
-            ),
-        }
-        let interface = (&self.interface, self.compliance.as_slice());
+        };
+        let output = &mut self.output;
+        self.sampling.at_particles(load, &mut output.pressure_gradients);
         report.structure_work = interface_load::structure_work(
-            interface,
-            &s.predicted_structure,
-            &self.output.pressure_gradients,
+            (&self.interface.volumes, &self.compliance),
+            &structure.unloaded_particles,
+            &output.pressure_gradients,
             dt,
         );
-        let impulses = s.contact_impulses.iter().zip(&self.interface.volumes);
-        for (reaction, (impulse, volume)) in self.output.pair_reactions.iter_mut().zip(impulses) {
+        let impulses = s.contact_impulses.iter().zip(&self.sampling.volumes);
+        for (reaction, (impulse, volume)) in s.reactions.iter_mut().zip(impulses) {
             *reaction += impulse / (dt * volume);
         }
+        self.sampling.at_particles(&s.reactions, &mut output.pair_reactions);
+        let wet = |p: &f64| (*p != 0.0).then_some(*p);
+        self.sampling.means(&s.structure_pressures, 0.0, wet, &mut output.pressures);
+        let exposed = |n: &Vector<D>| (*n != Vector::<D>::zeros()).then_some(*n);
+        self.sampling.means(&s.structure_normals, Vector::zeros(), exposed, &mut output.normals);
         let mass = self.properties.particle_mass();
         for (part, change) in s.wall_contacts.drain(..) {
             s.wall_forces.forces[part] -= change * (mass / dt);

@@ -1,4 +1,4 @@
-//! What types cannot say: lengths of vectors, boxes inside out, overlaps, names that mean nothing, values
+//! What types cannot say: boxes inside out, overlaps, names that mean nothing, values
 //! that contradict each other.
 //!
 //! A number that [`super::conform`] found wrong is NaN here, and every check asks for what is wrong
@@ -10,49 +10,54 @@ mod parts;
 mod records;
 mod sizes;
 mod structure;
-mod vectors;
 
 use super::coupling::CouplingScheme;
+use super::defaults::characteristic_speed;
 use super::errors::CaseError;
 use super::findings::Findings;
+use super::keys::Case;
+use super::participant::{Participant, Start};
 use super::section::Sections;
-use super::typed::CaseFile;
-use parts::is_own;
 use serde::Deserialize as _;
-use toml::Value;
+use toml::{Table, Value};
 
-/// All mistakes of a case that the schema lets pass. Vectors of a wrong length are mended with NaN.
+/// All mistakes of a case that the schema lets pass.
 ///
-/// The sections of `solvers` are filled in on the way.
-pub(super) fn check(file: &mut CaseFile, solvers: &[Sections]) -> Vec<CaseError> {
+/// The sections of `solvers` are filled in on the way; `coupling` is as written.
+pub(super) fn check(file: &mut Case, coupling: Option<&Table>, solvers: &[Sections]) -> Vec<CaseError> {
     let mut findings = Findings::default();
-    vectors::check(file, &mut findings);
+    if let Some(fluid) = file.fluid.as_mut().filter(|fluid| fluid.characteristic_speed == 0.0) {
+        fluid.characteristic_speed = characteristic_speed(fluid, &file.general.gravity);
+    }
     for solver in solvers {
         (solver.resolve)(file, &mut findings);
     }
+    for clamp in file.structure.iter_mut().flat_map(|structure| &mut structure.clamps) {
+        clamp.rows = clamp.rows.or(clamp.face.map(|_| 0));
+    }
     let file = &*file;
-    check_whole(file, &mut findings);
+    check_whole(file, coupling, &mut findings);
     if let Some(fluid) = &file.fluid {
-        fluid::check(fluid, &file.case, &mut findings);
+        fluid::check(fluid, &file.general, &mut findings);
     }
     if let Some(structure) = &file.structure {
-        structure::check(structure, &file.case, &mut findings);
+        structure::check(structure, &file.general, &mut findings);
     }
     overlaps::check(file, &mut findings);
     records::check(file, &mut findings);
-    sizes::check(file, &mut findings);
+    sizes::check(file, coupling, &mut findings);
     findings.errors
 }
 
-fn check_whole(file: &CaseFile, findings: &mut Findings) {
-    let case = &file.case;
+fn check_whole(file: &Case, coupling: Option<&Table>, findings: &mut Findings) {
+    let case = &file.general;
     if case.title.chars().any(char::is_control) {
         findings.add("case.title", "has control characters", "write one line of plain text");
     }
     if file.fluid.is_none() && file.structure.is_none() {
         findings.add("", "the case has neither [fluid] nor [structure]", "add at least one of them");
     }
-    let Some(coupling) = &file.coupling else { return };
+    let Some(coupling) = coupling else { return };
     if file.fluid.is_none() || file.structure.is_none() {
         let missing = if file.fluid.is_none() { "fluid" } else { "structure" };
         findings.add(
@@ -97,4 +102,9 @@ fn check_whole(file: &CaseFile, findings: &mut Findings) {
         let remedy = "name \"position\", \"velocity\" or \"load\", or leave it out";
         findings.add("coupling.steady_state.quantities", "names nothing that could be steady", remedy);
     }
+}
+
+/// Whether our own solver solves the side.
+fn is_own(participant: &Participant) -> bool {
+    participant.start() == Start::Own
 }

@@ -1,9 +1,10 @@
 //! No two things in one place. Touching is no overlap.
 
 use crate::case::findings::Findings;
+use crate::case::fluid::{Fluid, Wall};
 use crate::case::geometry::AxisBox;
-use crate::case::resolve::beyond;
-use crate::case::typed::{CaseFile, Fluid, Region, Wall};
+use crate::case::keys::Case;
+use crate::case::region::Region;
 use std::borrow::Cow;
 use words::geometry::Side;
 
@@ -37,13 +38,11 @@ fn region_part(index: usize, region: &Region) -> Option<Part<'_>> {
     }
 }
 
-pub(super) fn check(file: &CaseFile, findings: &mut Findings) {
-    let fluid_spacing = file.fluid.as_ref().and_then(|fluid| fluid.particle_spacing);
-    let structure_spacing = file.structure.as_ref().and_then(|structure| structure.particle_spacing);
-    let spacing = [fluid_spacing, structure_spacing]
-        .into_iter()
-        .map(|spacing| spacing.unwrap_or(file.case.particle_spacing))
-        .fold(f64::INFINITY, |a, b| if b < a || b.is_nan() { b } else { a });
+pub(super) fn check(file: &Case, findings: &mut Findings) {
+    let of_fluid = file.fluid.iter().map(|fluid| fluid.particle_spacing);
+    let of_structure = file.structure.iter().map(|structure| structure.particle_spacing);
+    let spacing =
+        of_fluid.chain(of_structure).fold(f64::INFINITY, |a, b| if b < a || b.is_nan() { b } else { a });
     let tolerance = TOLERANCE * spacing;
 
     let (regions, walls) = match &file.fluid {
@@ -53,7 +52,7 @@ pub(super) fn check(file: &CaseFile, findings: &mut Findings) {
     let bodies: Vec<_> = file
         .structure
         .iter()
-        .flat_map(|structure| structure.body.iter().enumerate())
+        .flat_map(|structure| structure.bodies.iter().enumerate())
         .map(|(i, body)| part("structure.body", i, "body", &body.name, &body.bounds))
         .collect();
 
@@ -66,20 +65,20 @@ pub(super) fn check(file: &CaseFile, findings: &mut Findings) {
     let moving: Vec<&str> = file
         .fluid
         .iter()
-        .flat_map(|fluid| &fluid.wall)
+        .flat_map(|fluid| &fluid.walls)
         .filter(|wall| wall.motion.is_some())
         .map(|wall| wall.name.as_str())
         .collect();
     walls_that_move(&walls, &moving, tolerance, findings);
     clamps_in_moving_walls(file, &walls, &moving, tolerance, findings);
     for region in regions.iter().chain(&bodies) {
-        beside_polylines(region, file.fluid.as_ref().map_or(&[], |fluid| &fluid.wall), tolerance, findings);
+        beside_polylines(region, file.fluid.as_ref().map_or(&[], |fluid| &fluid.walls), tolerance, findings);
     }
 }
 
 fn fluid_parts(fluid: &Fluid) -> (Vec<Part<'_>>, Vec<Part<'_>>) {
-    let regions = fluid.region.iter().enumerate();
-    let walls = fluid.wall.iter().enumerate().filter_map(|(i, wall)| Some((i, wall, wall.bounds.as_ref()?)));
+    let regions = fluid.regions.iter().enumerate();
+    let walls = fluid.walls.iter().enumerate().filter_map(|(i, wall)| Some((i, wall, wall.bounds.as_ref()?)));
     (
         regions.filter_map(|(i, region)| region_part(i, region)).collect(),
         walls.map(|(i, wall, bounds)| part("fluid.wall", i, "wall", &wall.name, bounds)).collect(),
@@ -133,7 +132,7 @@ fn between(parts: &[Part<'_>], others: &[Part<'_>], tolerance: f64, findings: &m
 }
 
 /// The fixed rows beyond a clamped face may lie in a wall that stays, but not in fluid.
-fn clamps_in_fluid(file: &CaseFile, regions: &[Part<'_>], tolerance: f64, findings: &mut Findings) {
+fn clamps_in_fluid(file: &Case, regions: &[Part<'_>], tolerance: f64, findings: &mut Findings) {
     for (i, rows) in fixed_rows(file) {
         for region in regions.iter().filter(|region| rows.overlaps(&region.bounds, tolerance)) {
             findings.add(
@@ -147,7 +146,7 @@ fn clamps_in_fluid(file: &CaseFile, regions: &[Part<'_>], tolerance: f64, findin
 
 /// What is clamped stays where it is; a wall around it that moves away, or through it, does not.
 fn clamps_in_moving_walls(
-    file: &CaseFile,
+    file: &Case,
     walls: &[Part<'_>],
     moving: &[&str],
     tolerance: f64,
@@ -167,19 +166,18 @@ fn clamps_in_moving_walls(
 }
 
 /// The place of the fixed rows of each clamp that has any, with its index.
-fn fixed_rows(file: &CaseFile) -> Vec<(usize, AxisBox)> {
+fn fixed_rows(file: &Case) -> Vec<(usize, AxisBox)> {
     let Some(structure) = &file.structure else { return Vec::new() };
     let mut found = Vec::new();
-    let spacing = structure.particle_spacing.unwrap_or(file.case.particle_spacing);
-    for (i, clamp) in structure.clamp.iter().enumerate() {
-        let body = structure.body.iter().find(|body| body.name == clamp.body);
+    for (i, clamp) in structure.clamps.iter().enumerate() {
+        let body = structure.bodies.iter().find(|body| body.name == clamp.body);
         let (Some(face), Some(body)) = (clamp.face, body) else { continue };
-        if face.axis() >= file.case.dimension as usize {
+        if face.axis() >= file.general.dimension {
             continue;
         }
-        let cells = body.bounds.lattice_counts(spacing)[face.axis()] as f64;
+        let cells = body.bounds.lattice_counts(structure.particle_spacing)[face.axis()] as f64;
         let depth = f64::from(clamp.rows.unwrap_or(0)) * body.bounds.extent()[face.axis()] / cells;
-        found.push((i, beyond(&body.bounds, face, depth)));
+        found.push((i, body.bounds.beyond(face, depth)));
     }
     found
 }

@@ -2,7 +2,7 @@
 
 use crate::case::findings::Findings;
 use crate::case::geometry::AxisBox;
-use crate::case::typed::{Participant, StartWord};
+use crate::case::participant::Participant;
 use words::geometry::Face;
 
 /// Names are words that can stand in a column's head and in a `--set`, and each is there once.
@@ -55,8 +55,8 @@ pub(super) fn check_filled_box(key: &str, bounds: &AxisBox, spacing: f64, findin
     }
 }
 
-pub(super) fn check_face(key: &str, face: Option<Face>, dimension: u32, findings: &mut Findings) {
-    if face.is_some_and(|face| face.axis() >= dimension as usize) {
+pub(super) fn check_face(key: &str, face: Option<Face>, dimension: usize, findings: &mut Findings) {
+    if face.is_some_and(|face| face.axis() >= dimension) {
         findings.add(key, "is a face in three dimensions", "take \"left\", \"right\", \"bottom\" or \"top\"");
     }
 }
@@ -93,11 +93,6 @@ pub(super) fn check_participant(side: &str, participant: &Participant, findings:
         }
         _ => {}
     }
-}
-
-/// Whether our own solver solves the side.
-pub(super) fn is_own(participant: &Participant) -> bool {
-    participant.command.is_none() && participant.fmu.is_none() && participant.start != Some(StartWord::ByHand)
 }
 
 /// Without the digits that round-off adds.

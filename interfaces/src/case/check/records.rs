@@ -2,27 +2,29 @@
 
 use super::parts::{check_box, check_names};
 use crate::case::findings::Findings;
+use crate::case::fluid::Wall;
+use crate::case::keys::Case;
 use crate::case::nearest::{nearest, remedy_for_name};
-use crate::case::typed::{CaseFile, Probe, ProbeSide, Reference, Wall};
+use crate::case::probe::{Probe, ProbeSide, Reference};
 use words::probe::ProbeQuantity;
 
-pub(super) fn check(file: &CaseFile, findings: &mut Findings) {
-    check_names("probe", file.probe.iter().map(|probe| probe.name.as_str()), findings);
-    for (i, probe) in file.probe.iter().enumerate() {
+pub(super) fn check(file: &Case, findings: &mut Findings) {
+    check_names("probe", file.probes.iter().map(|probe| probe.name.as_str()), findings);
+    for (i, probe) in file.probes.iter().enumerate() {
         check_probe(&format!("probe.{i}"), probe, file, findings);
     }
-    let dimension = file.case.dimension as usize;
+    let dimension = file.general.dimension;
     let columns: Vec<_> = file
-        .probe
+        .probes
         .iter()
         .flat_map(|probe| probe.quantity.components(dimension).iter().map(|c| format!("{}.{c}", probe.name)))
         .collect();
-    for (i, reference) in file.reference.iter().enumerate() {
+    for (i, reference) in file.references.iter().enumerate() {
         check_reference(&format!("reference.{i}"), reference, &columns, findings);
     }
 }
 
-fn check_probe(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Findings) {
+fn check_probe(key: &str, probe: &Probe, file: &Case, findings: &mut Findings) {
     let (side, quantities): (&str, &[ProbeQuantity]) = match probe.on {
         ProbeSide::Structure => (
             "the structure",
@@ -126,7 +128,7 @@ fn chosen<'a, T>(
     }
 }
 
-fn check_on_structure(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Findings) {
+fn check_on_structure(key: &str, probe: &Probe, file: &Case, findings: &mut Findings) {
     let Some(structure) = &file.structure else {
         findings.add(format!("{key}.on"), "there is no [structure]", "add one, or leave the probe out");
         return;
@@ -139,17 +141,16 @@ fn check_on_structure(key: &str, probe: &Probe, file: &CaseFile, findings: &mut 
         );
     }
     let section = ("body", "[[structure.body]]");
-    let body = chosen(key, section, probe.body.as_ref(), &structure.body, |body| &body.name, findings);
-    let spacing = structure.particle_spacing.unwrap_or(file.case.particle_spacing);
+    let body = chosen(key, section, probe.body.as_ref(), &structure.bodies, |body| &body.name, findings);
     if let (Some(body), Some(at)) = (body, &probe.at)
-        && body.bounds.is_clear_of(at, spacing)
+        && body.bounds.is_clear_of(at, structure.particle_spacing)
     {
         let problem = format!("is farther than one particle spacing from the body \"{}\"", body.name);
         findings.add(format!("{key}.at"), problem, "take a point of its reference configuration");
     }
 }
 
-fn check_on_fluid(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Findings) {
+fn check_on_fluid(key: &str, probe: &Probe, file: &Case, findings: &mut Findings) {
     let Some(fluid) = &file.fluid else {
         findings.add(format!("{key}.on"), "there is no [fluid]", "add one, or leave the probe out");
         return;
@@ -159,7 +160,7 @@ fn check_on_fluid(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Find
     }
 }
 
-fn check_on_wall(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Findings) {
+fn check_on_wall(key: &str, probe: &Probe, file: &Case, findings: &mut Findings) {
     let Some(fluid) = &file.fluid else {
         findings.add(
             format!("{key}.on"),
@@ -169,8 +170,8 @@ fn check_on_wall(key: &str, probe: &Probe, file: &CaseFile, findings: &mut Findi
         return;
     };
     let section = ("wall", "[[fluid.wall]]");
-    let wall = chosen(key, section, probe.wall.as_ref(), &fluid.wall, |wall| &wall.name, findings);
-    let spacing = fluid.particle_spacing.unwrap_or(file.case.particle_spacing);
+    let wall = chosen(key, section, probe.wall.as_ref(), &fluid.walls, |wall| &wall.name, findings);
+    let spacing = fluid.particle_spacing;
     if let (Some(wall), Some(at)) = (wall, &probe.at)
         && is_off_wall(at, wall, spacing)
     {
@@ -210,13 +211,13 @@ fn check_reference(key: &str, reference: &Reference, columns: &[String], finding
     if reference.time.is_empty() {
         findings.add(format!("{key}.time"), "is empty", "give at least one time (s)");
     }
-    let lists = [
-        ("value", Some(&reference.value)),
-        ("low", reference.low.as_ref()),
-        ("high", reference.high.as_ref()),
-    ];
-    for (name, list) in lists {
-        let Some(list) = list.filter(|list| list.len() != reference.time.len()) else { continue };
+    // Borders that were left out are the values.
+    let borders = [("low", &reference.low), ("high", &reference.high)];
+    let borders = borders.into_iter().filter(|(_, border)| **border != reference.value);
+    for (name, list) in std::iter::once(("value", &reference.value)).chain(borders) {
+        if list.len() == reference.time.len() {
+            continue;
+        }
         let problem = format!("has length {}, and time has {}", list.len(), reference.time.len());
         findings.add(format!("{key}.{name}"), problem, "give one number for each time");
     }
@@ -224,10 +225,10 @@ fn check_reference(key: &str, reference: &Reference, columns: &[String], finding
         findings.add(format!("{key}.time.{}", k + 1), "is not later than the time before", "let times grow");
     }
     let below = |low: &[f64], high: &[f64]| low.iter().zip(high).position(|(low, high)| low > high);
-    if let Some(k) = reference.low.as_ref().and_then(|low| below(low, &reference.value)) {
+    if let Some(k) = below(&reference.low, &reference.value) {
         findings.add(format!("{key}.low.{k}"), "is above its value", "low is the lower border");
     }
-    if let Some(k) = reference.high.as_ref().and_then(|high| below(&reference.value, high)) {
+    if let Some(k) = below(&reference.value, &reference.high) {
         findings.add(format!("{key}.high.{k}"), "is below its value", "high is the upper border");
     }
 }

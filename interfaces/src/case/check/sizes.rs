@@ -1,11 +1,13 @@
 //! What a case would make is counted before it is made: particles, their memory, cells of the grid in which
 //! they look for neighbours, windows and outputs.
 
-use super::parts::is_own;
+use super::is_own;
 use crate::case::findings::Findings;
+use crate::case::fluid::{Fluid, Wall};
 use crate::case::geometry::AxisBox;
-use crate::case::resolve::region_shape;
-use crate::case::typed::{CaseFile, Fluid, Structure, Wall};
+use crate::case::keys::Case;
+use crate::case::structure::Structure;
+use toml::Table;
 
 /// Memory (bytes) of a particle of fluid and of structure with its neighbours, and of one in a wall: about
 /// what `meniscus check` says of the first, and less than the others take.
@@ -31,18 +33,19 @@ struct Count {
     bytes: f64,
 }
 
-pub(super) fn check(file: &CaseFile, findings: &mut Findings) {
-    let general = &file.case;
+pub(super) fn check(file: &Case, coupling: Option<&Table>, findings: &mut Findings) {
+    let general = &file.general;
     let mut counts = Vec::new();
     if let Some(fluid) = file.fluid.as_ref().filter(|fluid| is_own(&fluid.participant)) {
-        let spacing = fluid.particle_spacing.unwrap_or(general.particle_spacing);
-        of_fluid(fluid, spacing, &mut counts);
-        check_steps("fluid.max_time_step", fluid.max_time_step, general.end_time, findings);
+        of_fluid(fluid, &mut counts);
+        // That of a case that names none is the output interval, which has its own check.
+        let step = Some(fluid.max_time_step).filter(|step| *step != general.output_interval);
+        check_steps("fluid.max_time_step", step, general.end_time, findings);
     }
     if let Some(structure) = file.structure.as_ref().filter(|structure| is_own(&structure.participant)) {
-        of_structure(structure, structure.particle_spacing.unwrap_or(general.particle_spacing), &mut counts);
+        of_structure(structure, &mut counts);
     }
-    let window = file.coupling.as_ref().and_then(|coupling| coupling.get("max_window")?.as_float());
+    let window = coupling.and_then(|coupling| coupling.get("max_window")?.as_float());
     check_steps("coupling.max_window", window, general.end_time, findings);
     let outputs = general.end_time / general.output_interval;
     if outputs > OUTPUTS {
@@ -74,14 +77,15 @@ fn refuse_too_many(counts: &[Count], findings: &mut Findings) {
     }
 }
 
-fn of_fluid(fluid: &Fluid, spacing: f64, counts: &mut Vec<Count>) {
-    for (i, region) in fluid.region.iter().enumerate() {
-        let Some(shape) = region_shape(region) else { continue };
+fn of_fluid(fluid: &Fluid, counts: &mut Vec<Count>) {
+    let spacing = fluid.particle_spacing;
+    for (i, region) in fluid.regions.iter().enumerate() {
+        let Some(bounds) = region.shape() else { continue };
         let word = if region.bounds.is_some() { "box" } else { "ball" };
-        let particles = cells(&shape.bounds(), spacing);
+        let particles = cells(&bounds, spacing);
         counts.push(Count { key: format!("fluid.region.{i}.{word}"), particles, bytes: FLUID * particles });
     }
-    for (i, wall) in fluid.wall.iter().enumerate() {
+    for (i, wall) in fluid.walls.iter().enumerate() {
         let (word, particles) = of_wall(wall, spacing);
         counts.push(Count { key: format!("fluid.wall.{i}.{word}"), particles, bytes: WALL * particles });
     }
@@ -106,15 +110,16 @@ fn of_wall(wall: &Wall, spacing: f64) -> (&'static str, f64) {
     ("polyline", WALL_ROWS * length / spacing)
 }
 
-fn of_structure(structure: &Structure, spacing: f64, counts: &mut Vec<Count>) {
-    for (i, body) in structure.body.iter().enumerate() {
+fn of_structure(structure: &Structure, counts: &mut Vec<Count>) {
+    let spacing = structure.particle_spacing;
+    for (i, body) in structure.bodies.iter().enumerate() {
         let particles = cells(&body.bounds, spacing);
         counts.push(Count {
             key: format!("structure.body.{i}.box"),
             particles,
             bytes: STRUCTURE * particles,
         });
-        for (k, clamp) in structure.clamp.iter().enumerate().filter(|(_, clamp)| clamp.body == body.name) {
+        for (k, clamp) in structure.clamps.iter().enumerate().filter(|(_, clamp)| clamp.body == body.name) {
             let (Some(face), Some(rows)) = (clamp.face, clamp.rows) else { continue };
             let across = body.bounds.extent().get(face.axis()).map_or(1.0, |side| (side / spacing).max(1.0));
             let particles = f64::from(rows) * particles / across;

@@ -1,22 +1,28 @@
 //! The structure by itself.
 
-use super::parts::{check_box, check_face, check_filled_box, check_names, check_participant, is_own};
+use super::is_own;
+use super::parts::{check_box, check_face, check_filled_box, check_names, check_participant};
 use crate::case::findings::Findings;
+use crate::case::keys::General;
 use crate::case::nearest::remedy_for_name;
-use crate::case::typed::{Body, Clamp, General, Load, Structure};
+use crate::case::structure::{Body, Clamp, Load, Structure};
 use crate::case::velocity::InitialVelocity;
 
 pub(super) fn check(structure: &Structure, case: &General, findings: &mut Findings) {
-    let spacing = structure.particle_spacing.unwrap_or(case.particle_spacing);
-    check_names("structure.body", structure.body.iter().map(|body| body.name.as_str()), findings);
-    check_names("structure.clamp", structure.clamp.iter().map(|clamp| clamp.name.as_str()), findings);
-    check_names("structure.load", structure.load.iter().map(|load| load.name.as_str()), findings);
+    check_names("structure.body", structure.bodies.iter().map(|body| body.name.as_str()), findings);
+    check_names("structure.clamp", structure.clamps.iter().map(|clamp| clamp.name.as_str()), findings);
+    check_names("structure.load", structure.loads.iter().map(|load| load.name.as_str()), findings);
     check_participant("structure", &structure.participant, findings);
-    if structure.body.is_empty() && is_own(&structure.participant) {
+    if structure.bodies.is_empty() && is_own(&structure.participant) {
         findings.add("structure", "there is no body in it", "add a [[structure.body]]");
     }
-    for (i, body) in structure.body.iter().enumerate() {
-        check_filled_box(&format!("structure.body.{i}.box"), &body.bounds, spacing, findings);
+    for (i, body) in structure.bodies.iter().enumerate() {
+        check_filled_box(
+            &format!("structure.body.{i}.box"),
+            &body.bounds,
+            structure.particle_spacing,
+            findings,
+        );
         if case.dimension != 2 && body.is_off_lattice(&[]) {
             let remedy = "leave lattice_angle, jitter and relaxation out";
             findings.add(
@@ -25,15 +31,15 @@ pub(super) fn check(structure: &Structure, case: &General, findings: &mut Findin
                 remedy,
             );
         }
-        if let Some(InitialVelocity::Mode(mode)) = &body.velocity {
+        if let InitialVelocity::Mode(mode) = &body.velocity {
             let key = format!("structure.body.{i}.velocity.clamped_face");
             check_face(&key, Some(mode.clamped_face), case.dimension, findings);
         }
     }
-    for (i, clamp) in structure.clamp.iter().enumerate() {
+    for (i, clamp) in structure.clamps.iter().enumerate() {
         check_clamp(&format!("structure.clamp.{i}"), clamp, structure, case.dimension, findings);
     }
-    for (i, load) in structure.load.iter().enumerate() {
+    for (i, load) in structure.loads.iter().enumerate() {
         check_load(&format!("structure.load.{i}"), load, structure, case, findings);
     }
 }
@@ -45,7 +51,7 @@ fn body_named<'a>(
     structure: &'a Structure,
     findings: &mut Findings,
 ) -> Option<&'a Body> {
-    let found = structure.body.iter().find(|body| body.name == name);
+    let found = structure.bodies.iter().find(|body| body.name == name);
     if found.is_none() {
         findings.add(
             format!("{key}.body"),
@@ -57,10 +63,10 @@ fn body_named<'a>(
 }
 
 fn names(structure: &Structure) -> Vec<&str> {
-    structure.body.iter().map(|body| body.name.as_str()).collect()
+    structure.bodies.iter().map(|body| body.name.as_str()).collect()
 }
 
-fn check_clamp(key: &str, clamp: &Clamp, structure: &Structure, dimension: u32, findings: &mut Findings) {
+fn check_clamp(key: &str, clamp: &Clamp, structure: &Structure, dimension: usize, findings: &mut Findings) {
     let body = body_named(key, &clamp.body, structure, findings);
     check_face(&format!("{key}.face"), clamp.face, dimension, findings);
     let kinds =
@@ -105,29 +111,17 @@ fn check_load(key: &str, load: &Load, structure: &Structure, case: &General, fin
     if load.face.is_some() && load.at.is_some() {
         findings.add(key, "has both face and at", "make two loads of it");
     }
-    if let (Some(at), Some(body)) = (&load.at, body) {
-        let spacing = structure.particle_spacing.unwrap_or(case.particle_spacing);
-        if body.bounds.is_clear_of(at, 0.5 * spacing) {
-            findings.add(
-                format!("{key}.at"),
-                format!("is outside of \"{}\"", load.body),
-                "take a point of the body",
-            );
-        }
+    if let (Some(at), Some(body)) = (&load.at, body)
+        && body.bounds.is_clear_of(at, 0.5 * structure.particle_spacing)
+    {
+        let problem = format!("is outside of \"{}\"", load.body);
+        findings.add(format!("{key}.at"), problem, "take a point of the body");
     }
-    match load.ramp.as_deref() {
-        Some([]) => {
-            findings.add(format!("{key}.ramp"), "is empty", "write [[time, factor], ...], or leave it out");
-        }
-        Some(ramp) => {
-            if let Some(k) = ramp.windows(2).position(|pair| pair[0][0] >= pair[1][0]) {
-                findings.add(
-                    format!("{key}.ramp.{}", k + 1),
-                    "is not later than the pair before",
-                    "let times grow",
-                );
-            }
-        }
-        None => {}
+    if load.ramp.is_empty() {
+        findings.add(format!("{key}.ramp"), "is empty", "write [[time, factor], ...], or leave it out");
+    }
+    if let Some(k) = load.ramp.windows(2).position(|pair| pair[0][0] >= pair[1][0]) {
+        let key = format!("{key}.ramp.{}", k + 1);
+        findings.add(key, "is not later than the pair before", "let times grow");
     }
 }

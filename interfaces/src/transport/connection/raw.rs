@@ -5,14 +5,14 @@
 //! nobody is looked after.
 
 use super::{Connection, SLICE};
-use crate::ParticipantError;
 use crate::protocol::{Kind, MessageHeader, Payload};
 use crate::transport::link::{Link, Received};
+use crate::{ParticipantError, Result};
 use std::time::{Duration, Instant};
 
 impl<L: Link> Connection<L> {
     /// Copies `values` into shared memory and sends them; wakes the other side if `wake`.
-    pub fn send_raw(&mut self, kind: Kind, values: &[f64], wake: bool) -> Result<(), ParticipantError> {
+    pub fn send_raw(&mut self, kind: Kind, values: &[f64], wake: bool) -> Result<()> {
         let during = || "while sending".to_owned();
         let header = MessageHeader { kind: kind as u32, ..MessageHeader::default() };
         self.link.send(&header, &Payload { scalars: values, ..Payload::default() }, &during)?;
@@ -20,7 +20,7 @@ impl<L: Link> Connection<L> {
     }
 
     /// Waits for the next message and copies it into `values`, which are of its length; gives its kind.
-    pub fn receive_raw(&mut self, deadline: Duration, values: &mut [f64]) -> Result<Kind, ParticipantError> {
+    pub fn receive_raw(&mut self, deadline: Duration, values: &mut [f64]) -> Result<Kind> {
         let during = || "while waiting".to_owned();
         // The clock is looked at only where nothing has come: a wait that is woken costs what the transport
         // costs.

@@ -14,8 +14,8 @@ pub use node::remove_stale;
 
 use super::Address;
 use super::link::{During, Link, Received};
-use crate::ParticipantError;
 use crate::protocol::{MessageHeader, Payload};
+use crate::{ParticipantError, Result};
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::port::{listener::Listener, notifier::Notifier, publisher::Publisher, subscriber::Subscriber};
 use iceoryx2::prelude::{
@@ -73,11 +73,7 @@ struct Services<S: Service> {
 }
 
 impl<S: Service + 'static> Ports<S> {
-    fn over(
-        node: OwnNode<S>,
-        incoming: Services<S>,
-        outgoing: Services<S>,
-    ) -> Result<Self, ParticipantError> {
+    fn over(node: OwnNode<S>, incoming: Services<S>, outgoing: Services<S>) -> Result<Self> {
         // What receives comes first, so that whoever sees our sender can already be heard.
         room::look(room::FIRST).map_err(no_room)?;
         let subscriber =
@@ -121,17 +117,14 @@ impl<S: Service + 'static> Ports<S> {
 impl<S: Service + 'static> Link for Ports<S> {
     type Received = Sample<S, [f64], MessageHeader>;
 
-    fn create(address: &Address) -> Result<Self, ParticipantError> {
+    fn create(address: &Address) -> Result<Self> {
         let node = OwnNode::<S>::new(address)?;
         let incoming = create_services(&node, &address.to_coupler())?;
         let outgoing = create_services(&node, &address.to_participant())?;
         Self::over(node, incoming, outgoing)
     }
 
-    fn open(
-        address: &Address,
-        again: &mut dyn FnMut() -> Result<(), ParticipantError>,
-    ) -> Result<Self, ParticipantError> {
+    fn open(address: &Address, again: &mut dyn FnMut() -> Result<()>) -> Result<Self> {
         let node = OwnNode::<S>::new(address)?;
         loop {
             let opened = open_services(&node, &address.to_participant())
@@ -153,12 +146,7 @@ impl<S: Service + 'static> Link for Ports<S> {
         }
     }
 
-    fn send(
-        &mut self,
-        header: &MessageHeader,
-        payload: &Payload<'_>,
-        during: During<'_>,
-    ) -> Result<bool, ParticipantError> {
+    fn send(&mut self, header: &MessageHeader, payload: &Payload<'_>, during: During<'_>) -> Result<bool> {
         let failed = |what: String| ParticipantError::Transport { during: during(), what };
         if payload.len() > self.longest {
             room::look(room::of_messages(payload.len())).map_err(failed)?;
@@ -178,12 +166,12 @@ impl<S: Service + 'static> Link for Ports<S> {
         Ok(recipients > 0)
     }
 
-    fn wake(&self, during: During<'_>) -> Result<(), ParticipantError> {
+    fn wake(&self, during: During<'_>) -> Result<()> {
         let failed = |e| ParticipantError::Transport { during: during(), what: format!("no wake-up: {e:?}") };
         self.notifier.notify().map(drop).map_err(failed)
     }
 
-    fn take(&mut self, during: During<'_>) -> Result<Option<Self::Received>, ParticipantError> {
+    fn take(&mut self, during: During<'_>) -> Result<Option<Self::Received>> {
         let failed =
             |e| ParticipantError::Transport { during: during(), what: format!("not received: {e:?}") };
         let received = self.subscriber.receive().map_err(failed)?;
@@ -222,7 +210,7 @@ impl<S: Service> Received for Sample<S, [f64], MessageHeader> {
     }
 }
 
-fn create_services<S: Service>(node: &Node<S>, name: &str) -> Result<Services<S>, ParticipantError> {
+fn create_services<S: Service>(node: &Node<S>, name: &str) -> Result<Services<S>> {
     let name = service_name(name)?;
     let messages = node
         .service_builder(&name)
@@ -296,7 +284,7 @@ fn no_room(what: String) -> ParticipantError {
     ParticipantError::Transport { during: "opening a connection".to_owned(), what }
 }
 
-fn service_name(name: &str) -> Result<ServiceName, ParticipantError> {
+fn service_name(name: &str) -> Result<ServiceName> {
     name.try_into().map_err(failed("naming a service"))
 }
 

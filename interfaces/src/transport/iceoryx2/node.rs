@@ -2,8 +2,8 @@
 
 use super::presence::Presence;
 use super::room;
-use crate::ParticipantError;
 use crate::transport::Address;
+use crate::{ParticipantError, Result};
 use iceoryx2::prelude::{
     Config, FileName, LogLevel, Node, NodeBuilder, Path, SemanticString, SignalHandlingMode,
     set_log_level_from_env_or,
@@ -28,7 +28,7 @@ pub(super) struct OwnNode<S: Service + 'static> {
 }
 
 impl<S: Service + 'static> OwnNode<S> {
-    pub(super) fn new(address: &Address) -> Result<Self, ParticipantError> {
+    pub(super) fn new(address: &Address) -> Result<Self> {
         let failed = |what: String| ParticipantError::Transport { during: "opening a node".to_owned(), what };
         set_log_level_from_env_or(LogLevel::Fatal);
         let config = config(address).map_err(failed)?;
@@ -92,6 +92,6 @@ fn config(address: &Address) -> Result<Config, String> {
 
 /// Removes what processes of the address's domain left in shared memory when they were killed. Who kills
 /// participants calls it once they are gone; a run that starts or ends does it by itself.
-pub fn remove_stale(address: &Address) -> Result<(), ParticipantError> {
+pub fn remove_stale(address: &Address) -> Result<()> {
     OwnNode::<ipc::Service>::new(address).map(drop)
 }

@@ -3,7 +3,7 @@
 use super::Suite;
 use crate::stand_in::bits;
 use crate::{Fault, Faulty};
-use interfaces::{Call, Direction, Exchange, Fields, Guarded, Participant, ParticipantError, Readiness};
+use interfaces::{Call, Direction, Exchange, Fields, Guarded, Participant, Readiness, Result};
 use interfaces::{State, TimeWindow, WindowReport};
 
 /// A participant in its life. The faulty wrapper is without faults unless the life has to be broken.
@@ -77,7 +77,7 @@ impl<'a> Life<'a> {
     }
 
     /// Makes a call, with the next window where it is a start and with `saved` where it is a restore.
-    pub fn call(&mut self, call: Call, saved: &[u8]) -> Result<(), ParticipantError> {
+    pub fn call(&mut self, call: Call, saved: &[u8]) -> Result<()> {
         match call {
             Call::Initialize => self.initialize().map(drop),
             Call::Start => self.start(0),
@@ -89,7 +89,7 @@ impl<'a> Life<'a> {
         }
     }
 
-    pub fn initialize(&mut self) -> Result<Readiness, ParticipantError> {
+    pub fn initialize(&mut self) -> Result<Readiness> {
         let start = self.suite.options.start;
         (self.suite.options.inputs)(start, 0, &mut self.inputs);
         self.participant.initialize(start, &self.inputs, &mut self.outputs)
@@ -109,7 +109,7 @@ impl<'a> Life<'a> {
         }
     }
 
-    pub fn start(&mut self, variant: u32) -> Result<(), ParticipantError> {
+    pub fn start(&mut self, variant: u32) -> Result<()> {
         let window = self.window();
         let constants = self.inputs.clone();
         (self.suite.options.inputs)(window.end(), variant, &mut self.inputs);
@@ -121,12 +121,12 @@ impl<'a> Life<'a> {
         started
     }
 
-    pub fn finish(&mut self) -> Result<Answer, ParticipantError> {
+    pub fn finish(&mut self) -> Result<Answer> {
         self.fill(UNTOUCHED);
         self.participant.finish(&mut self.outputs).map(|report| self.answer(&report))
     }
 
-    pub fn accept(&mut self) -> Result<(), ParticipantError> {
+    pub fn accept(&mut self) -> Result<()> {
         self.participant.accept(None)?;
         (self.index, self.iteration) = (self.index + 1, 0);
         Ok(())

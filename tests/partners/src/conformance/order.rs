@@ -3,7 +3,9 @@
 use super::life::Life;
 use super::{Check, Suite};
 use interfaces::lifecycle::LEGAL;
-use interfaces::{Call, FieldError, Fields, IllegalCall, Participant, ParticipantError, State, TimeWindow};
+use interfaces::{
+    Call, FieldError, Fields, IllegalCall, Participant, ParticipantError, Result, State, TimeWindow,
+};
 
 const STATES: [State; 6] =
     [State::Created, State::Ready, State::Solving, State::Solved, State::Terminated, State::Broken];
@@ -101,7 +103,7 @@ pub(super) fn not_finite(suite: &Suite) -> Check {
     life.advance(0).map(drop).map_err(|what| format!("after a refusal: {what}"))
 }
 
-fn refused_field(refused: &Result<(), ParticipantError>, call: &str) -> Check {
+fn refused_field(refused: &Result<()>, call: &str) -> Check {
     match refused {
         Err(ParticipantError::Field(FieldError::NotFinite { .. })) => Ok(()),
         other => Err(format!("`{call}` with a value that is not finite gave {other:?}")),

@@ -4,7 +4,7 @@ use super::load::Load;
 use crate::Model;
 use crate::stand_in::write;
 use interfaces::port::names;
-use interfaces::{Description, Fields, ParticipantError, Scalar, ScalarKind, TimeWindow};
+use interfaces::{Description, Fields, ParticipantError, Result, Scalar, ScalarKind, TimeWindow};
 
 /// What the column takes the structure for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,7 +137,7 @@ impl Model for AddedMassColumn {
         self.load.description(solver, &required, scalars)
     }
 
-    fn initial(&mut self, _start: f64, inputs: &Fields) -> Result<Vec<f64>, ParticipantError> {
+    fn initial(&mut self, _start: f64, inputs: &Fields) -> Result<Vec<f64>> {
         self.load.take_volumes(inputs);
         self.densities = inputs.get(names::DENSITY).unwrap_or(&[]).to_vec();
         let (velocity, mass, _) = self.structure(inputs);
@@ -152,12 +152,7 @@ impl Model for AddedMassColumn {
 
     fn constants(&self, _outputs: &mut Fields) {}
 
-    fn advance(
-        &self,
-        accepted: &[f64],
-        window: &TimeWindow,
-        inputs: &Fields,
-    ) -> Result<(Vec<f64>, u32), ParticipantError> {
+    fn advance(&self, accepted: &[f64], window: &TimeWindow, inputs: &Fields) -> Result<(Vec<f64>, u32)> {
         let (predicted, mass, held) = self.structure(inputs);
         let velocity = match self.wall {
             WallModel::Moving => predicted,

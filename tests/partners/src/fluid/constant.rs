@@ -4,7 +4,7 @@ use super::load::Load;
 use crate::Model;
 use crate::structure::components;
 use interfaces::port::names;
-use interfaces::{Description, END_REQUESTED, Fields, ParticipantError, Scalar, ScalarKind, TimeWindow};
+use interfaces::{Description, END_REQUESTED, Fields, Result, Scalar, ScalarKind, TimeWindow};
 
 /// A constant pressure gradient. State: the force on the structure (N, `D`), then whether it asks for the end
 /// of the run (1 or 0), if it ever will.
@@ -29,7 +29,7 @@ impl Model for Constant {
         self.load.description("mock fluid (constant load)", &[], scalars)
     }
 
-    fn initial(&mut self, _start: f64, inputs: &Fields) -> Result<Vec<f64>, ParticipantError> {
+    fn initial(&mut self, _start: f64, inputs: &Fields) -> Result<Vec<f64>> {
         self.load.take_volumes(inputs);
         let mut state = self.load.force(&self.gradient.repeat(self.load.volumes.len()));
         if self.end_after.is_finite() {
@@ -40,12 +40,7 @@ impl Model for Constant {
 
     fn constants(&self, _outputs: &mut Fields) {}
 
-    fn advance(
-        &self,
-        accepted: &[f64],
-        window: &TimeWindow,
-        _inputs: &Fields,
-    ) -> Result<(Vec<f64>, u32), ParticipantError> {
+    fn advance(&self, accepted: &[f64], window: &TimeWindow, _inputs: &Fields) -> Result<(Vec<f64>, u32)> {
         let mut state = accepted.to_vec();
         if let Some(asks) = state.get_mut(self.load.dimension) {
             *asks = f64::from(window.end() >= self.end_after);

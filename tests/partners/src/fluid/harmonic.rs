@@ -4,7 +4,7 @@ use super::load::Load;
 use crate::Model;
 use crate::structure::components;
 use interfaces::port::names;
-use interfaces::{Description, Fields, ParticipantError, ScalarKind, TimeWindow};
+use interfaces::{Description, Fields, Result, ScalarKind, TimeWindow};
 use std::f64::consts::TAU;
 
 /// A pressure gradient `g sin(2π f t)`, given for the window's end. State: the time (s), then the force on
@@ -37,19 +37,14 @@ impl Model for Harmonic {
         self.load.description("mock fluid (harmonic load)", &[], force)
     }
 
-    fn initial(&mut self, start: f64, inputs: &Fields) -> Result<Vec<f64>, ParticipantError> {
+    fn initial(&mut self, start: f64, inputs: &Fields) -> Result<Vec<f64>> {
         self.load.take_volumes(inputs);
         Ok(self.state(start))
     }
 
     fn constants(&self, _outputs: &mut Fields) {}
 
-    fn advance(
-        &self,
-        _accepted: &[f64],
-        window: &TimeWindow,
-        _inputs: &Fields,
-    ) -> Result<(Vec<f64>, u32), ParticipantError> {
+    fn advance(&self, _accepted: &[f64], window: &TimeWindow, _inputs: &Fields) -> Result<(Vec<f64>, u32)> {
         Ok((self.state(window.end()), 1))
     }
 

@@ -4,7 +4,7 @@ use super::load::Load;
 use crate::Model;
 use crate::structure::components;
 use interfaces::port::names;
-use interfaces::{Description, Fields, ParticipantError, ScalarKind, TimeWindow};
+use interfaces::{Description, Fields, Result, ScalarKind, TimeWindow};
 
 /// `p = ρ g max(0, H − y)` at the points' current height `y`, the last coordinate.
 ///
@@ -48,19 +48,14 @@ impl Model for Hydrostatic {
         self.load.description("mock fluid (hydrostatic)", &[names::POSITION], force)
     }
 
-    fn initial(&mut self, _start: f64, inputs: &Fields) -> Result<Vec<f64>, ParticipantError> {
+    fn initial(&mut self, _start: f64, inputs: &Fields) -> Result<Vec<f64>> {
         self.load.take_volumes(inputs);
         Ok(self.state(inputs))
     }
 
     fn constants(&self, _outputs: &mut Fields) {}
 
-    fn advance(
-        &self,
-        _accepted: &[f64],
-        _window: &TimeWindow,
-        inputs: &Fields,
-    ) -> Result<(Vec<f64>, u32), ParticipantError> {
+    fn advance(&self, _accepted: &[f64], _window: &TimeWindow, inputs: &Fields) -> Result<(Vec<f64>, u32)> {
         Ok((self.state(inputs), 1))
     }
 

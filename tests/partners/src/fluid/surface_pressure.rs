@@ -4,9 +4,7 @@ use crate::Model;
 use crate::stand_in::write;
 use crate::structure::{Points, components};
 use interfaces::port::names;
-use interfaces::{
-    Description, Direction, Fields, ParticipantError, Port, Quantity, Role, ScalarKind, TimeWindow,
-};
+use interfaces::{Description, Direction, Fields, Port, Quantity, Result, Role, ScalarKind, TimeWindow};
 
 /// `p = ρ g max(0, H − y)` on the segments of a closed outline that goes with the structure, linear along
 /// each; given as forces on its vertices that do the pressure's work: force and moment are those of the
@@ -67,7 +65,7 @@ impl Model for SurfacePressure {
         }
     }
 
-    fn initial(&mut self, _start: f64, _inputs: &Fields) -> Result<Vec<f64>, ParticipantError> {
+    fn initial(&mut self, _start: f64, _inputs: &Fields) -> Result<Vec<f64>> {
         Ok(self.state(&vec![0.0; self.outline.positions.len()]))
     }
 
@@ -75,12 +73,7 @@ impl Model for SurfacePressure {
         write(outputs, names::OWN_POSITION, &self.outline.positions);
     }
 
-    fn advance(
-        &self,
-        _accepted: &[f64],
-        window: &TimeWindow,
-        inputs: &Fields,
-    ) -> Result<(Vec<f64>, u32), ParticipantError> {
+    fn advance(&self, _accepted: &[f64], window: &TimeWindow, inputs: &Fields) -> Result<(Vec<f64>, u32)> {
         let start = inputs.get(names::DISPLACEMENT).unwrap_or(&[]);
         let velocity = inputs.get(names::VELOCITY).unwrap_or(&[]);
         // Where it is at the window's end.

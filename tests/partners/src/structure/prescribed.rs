@@ -4,7 +4,7 @@ use super::points::{Points, components};
 use crate::Model;
 use crate::stand_in::write;
 use interfaces::port::names;
-use interfaces::{Description, Fields, ParticipantError, ScalarKind, TimeWindow};
+use interfaces::{Description, Fields, Result, ScalarKind, TimeWindow};
 use std::f64::consts::PI;
 
 /// A motion. Times are those of the windows (s); at time 0 every law passes through the reference positions.
@@ -84,7 +84,7 @@ impl Model for Prescribed {
         self.points.description("mock structure (prescribed motion)", false, force)
     }
 
-    fn initial(&mut self, start: f64, inputs: &Fields) -> Result<Vec<f64>, ParticipantError> {
+    fn initial(&mut self, start: f64, inputs: &Fields) -> Result<Vec<f64>> {
         Ok(self.state(start, inputs))
     }
 
@@ -92,12 +92,7 @@ impl Model for Prescribed {
         self.points.constants(outputs);
     }
 
-    fn advance(
-        &self,
-        _accepted: &[f64],
-        window: &TimeWindow,
-        inputs: &Fields,
-    ) -> Result<(Vec<f64>, u32), ParticipantError> {
+    fn advance(&self, _accepted: &[f64], window: &TimeWindow, inputs: &Fields) -> Result<(Vec<f64>, u32)> {
         Ok((self.state(window.end(), inputs), asked_sub_steps(window)))
     }
 

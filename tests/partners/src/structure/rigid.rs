@@ -3,7 +3,7 @@
 use super::points::{Points, components};
 use crate::Model;
 use interfaces::port::names;
-use interfaces::{Description, Fields, ParticipantError, ScalarKind, TimeWindow};
+use interfaces::{Description, Fields, Result, ScalarKind, TimeWindow};
 
 /// Points that stay where they are, and report the force on them (N). State: that force.
 #[derive(Clone, Debug)]
@@ -18,7 +18,7 @@ impl Model for Rigid {
         self.points.description("mock structure (rigid)", false, force)
     }
 
-    fn initial(&mut self, _start: f64, inputs: &Fields) -> Result<Vec<f64>, ParticipantError> {
+    fn initial(&mut self, _start: f64, inputs: &Fields) -> Result<Vec<f64>> {
         Ok(self.points.force(inputs, names::PRESSURE_GRADIENT))
     }
 
@@ -26,12 +26,7 @@ impl Model for Rigid {
         self.points.constants(outputs);
     }
 
-    fn advance(
-        &self,
-        _accepted: &[f64],
-        window: &TimeWindow,
-        inputs: &Fields,
-    ) -> Result<(Vec<f64>, u32), ParticipantError> {
+    fn advance(&self, _accepted: &[f64], window: &TimeWindow, inputs: &Fields) -> Result<(Vec<f64>, u32)> {
         Ok((self.points.force(inputs, names::PRESSURE_GRADIENT), super::prescribed::asked_sub_steps(window)))
     }
 

@@ -3,7 +3,7 @@
 use super::points::{Points, components};
 use crate::Model;
 use interfaces::port::names;
-use interfaces::{Description, Fields, ParticipantError, Scalar, ScalarKind, SubSteps, TimeWindow};
+use interfaces::{Description, Fields, Result, Scalar, ScalarKind, SubSteps, TimeWindow};
 
 /// How a window is integrated, the load held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,7 +144,7 @@ impl Model for SpringMass {
         description
     }
 
-    fn initial(&mut self, _start: f64, _inputs: &Fields) -> Result<Vec<f64>, ParticipantError> {
+    fn initial(&mut self, _start: f64, _inputs: &Fields) -> Result<Vec<f64>> {
         Ok([&self.displacement[..], &self.velocity, &[0.0]].concat())
     }
 
@@ -152,12 +152,7 @@ impl Model for SpringMass {
         self.points.constants(outputs);
     }
 
-    fn advance(
-        &self,
-        accepted: &[f64],
-        window: &TimeWindow,
-        inputs: &Fields,
-    ) -> Result<(Vec<f64>, u32), ParticipantError> {
+    fn advance(&self, accepted: &[f64], window: &TimeWindow, inputs: &Fields) -> Result<(Vec<f64>, u32)> {
         let d = self.points.dimension;
         let mut state = accepted.to_vec();
         let end = self.points.force(inputs, names::PRESSURE_GRADIENT);

@@ -1,6 +1,6 @@
 //! The suite over every mock, and the suite itself over participants that break the contract.
 
-use interfaces::{Description, Exchange, Fields, Participant, ParticipantError, Readiness};
+use interfaces::{Description, Exchange, Fields, Participant, Readiness, Result};
 use interfaces::{SubSteps, TimeWindow, WindowReport};
 use partners::conformance::{Options, check, plausible};
 use partners::{Log, Recording, build};
@@ -86,18 +86,13 @@ impl Participant for Careless {
     fn describe(&self) -> &Description {
         self.inner.describe()
     }
-    fn initialize(
-        &mut self,
-        t: f64,
-        inputs: &Fields,
-        outputs: &mut Fields,
-    ) -> Result<Readiness, ParticipantError> {
+    fn initialize(&mut self, t: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         self.inner.initialize(t, inputs, outputs)
     }
-    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<(), ParticipantError> {
+    fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         self.inner.start(window, inputs)
     }
-    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport, ParticipantError> {
+    fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         self.solutions += 1;
         let before = outputs.get("velocity").expect("a structure's field").to_vec();
         let report = self.inner.finish(outputs)?;
@@ -114,13 +109,13 @@ impl Participant for Careless {
         }
         Ok(report)
     }
-    fn accept(&mut self, snapshot: Option<u64>) -> Result<(), ParticipantError> {
+    fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         self.inner.accept(snapshot)
     }
-    fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+    fn save(&mut self) -> Result<Vec<u8>> {
         self.inner.save()
     }
-    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness, ParticipantError> {
+    fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         match self.flaw {
             Flaw::Forgets => {
                 let now = self.inner.save()?;
@@ -135,7 +130,7 @@ impl Participant for Careless {
             _ => self.inner.restore(state, outputs),
         }
     }
-    fn terminate(&mut self) -> Result<(), ParticipantError> {
+    fn terminate(&mut self) -> Result<()> {
         self.inner.terminate()
     }
 }
@@ -165,25 +160,25 @@ fn a_wrong_description_ends_the_suite() {
         fn describe(&self) -> &Description {
             &self.0
         }
-        fn initialize(&mut self, _: f64, _: &Fields, _: &mut Fields) -> Result<Readiness, ParticipantError> {
+        fn initialize(&mut self, _: f64, _: &Fields, _: &mut Fields) -> Result<Readiness> {
             unreachable!("the suite ends before")
         }
-        fn start(&mut self, _: &TimeWindow, _: &Fields) -> Result<(), ParticipantError> {
+        fn start(&mut self, _: &TimeWindow, _: &Fields) -> Result<()> {
             unreachable!("the suite ends before")
         }
-        fn finish(&mut self, _: &mut Fields) -> Result<WindowReport, ParticipantError> {
+        fn finish(&mut self, _: &mut Fields) -> Result<WindowReport> {
             unreachable!("the suite ends before")
         }
-        fn accept(&mut self, _: Option<u64>) -> Result<(), ParticipantError> {
+        fn accept(&mut self, _: Option<u64>) -> Result<()> {
             unreachable!("the suite ends before")
         }
-        fn save(&mut self) -> Result<Vec<u8>, ParticipantError> {
+        fn save(&mut self) -> Result<Vec<u8>> {
             unreachable!("the suite ends before")
         }
-        fn restore(&mut self, _: &[u8], _: &mut Fields) -> Result<Readiness, ParticipantError> {
+        fn restore(&mut self, _: &[u8], _: &mut Fields) -> Result<Readiness> {
             unreachable!("the suite ends before")
         }
-        fn terminate(&mut self) -> Result<(), ParticipantError> {
+        fn terminate(&mut self) -> Result<()> {
             unreachable!("the suite ends before")
         }
     }
