@@ -29,8 +29,10 @@ Examples:
 pub enum Command {
     /// Run a case: coupler, fluid and structure as processes; a case of one side runs that solver alone
     Run(Run),
+    /// Write a commented case that runs, to start from
+    New(New),
     /// Check a case, report every mistake at once, and print what would run
-    Check(CaseArguments),
+    Check(Check),
     /// Make report.html (and frames as PNG) from the outputs of a run
     Report(Report),
     /// Run cases at several resolutions and hold them against their references; exit code 1 if one misses its
@@ -46,6 +48,22 @@ pub enum Command {
     Mock(Mock),
     /// Package the structure of a case as a functional mock-up unit (FMU) for co-simulation in other tools
     ExportFmu(ExportFmu),
+    /// Load and instantiate the unit of a side (started by `check`)
+    #[command(hide = true, name = "probe-fmu")]
+    ProbeFmu {
+        /// Side that the unit solves
+        #[arg(value_enum)]
+        role: Side,
+        /// The case.
+        #[command(flatten)]
+        case: CaseArguments,
+    },
+    /// End what is left of a run whose coupler was killed (started by `run`)
+    #[command(hide = true)]
+    Guard {
+        /// The run
+        run: String,
+    },
     /// Measure what the coupling itself takes
     #[command(subcommand)]
     Bench(Bench),
@@ -64,6 +82,40 @@ pub struct CaseArguments {
     /// Override case.end_time (s)
     #[arg(long, value_name = "SECONDS")]
     pub end_time: Option<f64>,
+}
+
+/// `meniscus new`.
+#[derive(Args)]
+pub struct New {
+    /// Folder to write case.toml into
+    pub name: PathBuf,
+    /// What it is a case of
+    #[arg(long, value_enum, default_value = "dam-break")]
+    pub template: Template,
+}
+
+/// Cases to start from.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum Template {
+    /// Water that falls into an empty tank
+    DamBreak,
+    /// Water in a tank that rolls: a wall with a motion
+    Tank,
+    /// An elastic plate alone
+    Plate,
+    /// Water on an elastic plate
+    Coupled,
+}
+
+/// `meniscus check`.
+#[derive(Args)]
+pub struct Check {
+    /// The case.
+    #[command(flatten)]
+    pub case: CaseArguments,
+    /// Run the beginning of the case for some seconds, and say what the whole would take
+    #[arg(long)]
+    pub time: bool,
 }
 
 /// `meniscus run`.

@@ -10,6 +10,7 @@ fn main() -> ExitCode {
     use arguments::Command;
     match arguments::Arguments::parse().command {
         Command::Run(run) => commands::run::run(&run),
+        Command::New(new) => commands::new::new(&new),
         Command::Check(check) => commands::check::check(&check),
         Command::Report(report) => commands::report::report(&report),
         Command::Validate(validate) => commands::validate::validate(&validate),
@@ -18,6 +19,11 @@ fn main() -> ExitCode {
         Command::Fmu(fmu) => commands::participant::fmu(&fmu),
         Command::Mock(mock) => commands::participant::mock(&mock),
         Command::ExportFmu(export) => commands::export_fmu::export_fmu(&export),
+        Command::ProbeFmu { role, case } => commands::participant::probe(&case, role.into()),
+        Command::Guard { run } => {
+            coupler::launch::guard::stand(std::io::stdin().lock(), &run);
+            ExitCode::SUCCESS
+        }
         Command::Bench(bench) => commands::bench::bench(&bench),
         Command::Schema(schema) => commands::schema::schema(&schema),
     }

@@ -1,16 +1,21 @@
 //! Participants as processes of their own.
 
+pub mod guard;
+
 use interfaces::Role;
 use interfaces::transport::Alive;
 use rustix::io::Errno;
-use rustix::process::{Pid, test_kill_process};
+use rustix::process::{
+    Pid, Signal, WaitIdOptions, WaitIdStatus, kill_process_group, test_kill_process, waitid,
+};
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use thiserror::Error;
+use words::text::tame;
 
 /// A participant's process could not be started.
 #[derive(Debug, Error)]
@@ -21,14 +26,20 @@ pub struct LaunchError {
     source: io::Error,
 }
 
-/// A participant's process. It is killed when dropped, if it still runs then.
+/// A participant's process and the group that it leads. They are killed when it is dropped, as far as they
+/// still run then.
 #[derive(Debug)]
 pub struct Child {
     process: std::process::Child,
     log: PathBuf,
     peak_memory_bytes: u64,
+    is_reaped: bool,
 }
 
+/// Bytes of a log that are looked at for last words.
+const TAIL: u64 = 64 << 10;
+/// Characters of last words at most.
+const LAST_WORDS: usize = 500;
 /// How often a child that was told to end is looked at.
 const LOOK: Duration = Duration::from_millis(5);
 
@@ -45,7 +56,7 @@ impl Child {
         let failed = |source| LaunchError { role, command: command.join(" "), source };
         let (program, arguments) =
             command.split_first().ok_or_else(|| failed(io::Error::other("the command is empty")))?;
-        let output = File::create(log).map_err(failed)?;
+        let output = output::files::create(log).map_err(failed)?;
         let errors = output.try_clone().map_err(failed)?;
         let process = Command::new(program)
             .args(arguments)
@@ -56,12 +67,12 @@ impl Child {
             .process_group(0)
             .spawn()
             .map_err(failed)?;
-        Ok(Self { process, log: log.to_owned(), peak_memory_bytes: 0 })
+        Ok(Self { process, log: log.to_owned(), peak_memory_bytes: 0, is_reaped: false })
     }
 
     /// How the process ended, if it did: its exit status, the last line of its log, and where the log is.
     pub fn ended(&mut self) -> Option<String> {
-        let status = self.process.try_wait().ok().flatten()?;
+        let status = self.status()?;
         let said = self
             .last_words()
             .map_or(String::new(), |line| format!("; its last words, in {}: {line}", self.log.display()));
@@ -84,23 +95,46 @@ impl Child {
         cpu_seconds(Some(self.process.id()))
     }
 
-    /// Lets the process end by itself until `deadline`, and kills it then.
-    pub fn end(&mut self, deadline: Instant) {
-        while matches!(self.process.try_wait(), Ok(None)) && Instant::now() < deadline {
+    /// Lets the process end by itself until `deadline`, and kills it then, and what it started and left
+    /// behind. Says how it ended where that was not in order.
+    pub fn end(&mut self, deadline: Instant) -> Option<String> {
+        while self.status().is_none() && Instant::now() < deadline {
             std::thread::sleep(LOOK);
         }
+        let how = match self.status() {
+            Some(status) if status.exit_status() == Some(0) => None,
+            Some(_) => self.ended(),
+            None => Some("it did not end by itself, and was killed".to_owned()),
+        };
         self.kill();
+        how
+    }
+
+    /// How it ended, if it did. It stays what systems call a zombie, so that its number is no other's until
+    /// its group is killed.
+    fn status(&self) -> Option<WaitIdStatus> {
+        let look = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        waitid(rustix::process::WaitId::Pid(self.id()), look).ok().flatten()
     }
 
     fn kill(&mut self) {
-        // An error says that the process is gone already, which is what is wanted.
+        if self.is_reaped {
+            return;
+        }
+        // An error says that they are gone already, which is what is wanted.
+        let _ = kill_process_group(self.id(), Signal::KILL);
         let _ = self.process.kill();
         let _ = self.process.wait();
+        self.is_reaped = true;
     }
 
     fn last_words(&self) -> Option<String> {
-        let text = fs::read_to_string(&self.log).ok()?;
-        text.lines().rev().map(str::trim).find(|l| !l.is_empty()).map(str::to_owned)
+        let mut log = File::open(&self.log).ok()?;
+        let length = log.metadata().ok()?.len();
+        log.seek(SeekFrom::Start(length.saturating_sub(TAIL))).ok()?;
+        let mut tail = Vec::new();
+        log.take(TAIL).read_to_end(&mut tail).ok()?;
+        last_words(&String::from_utf8_lossy(&tail))
     }
 }
 
@@ -115,8 +149,16 @@ pub fn watch(process: u32) -> Alive {
     let id = i32::try_from(process).ok().and_then(Pid::from_raw);
     Box::new(move || {
         let gone = id.is_none_or(|id| test_kill_process(id) == Err(Errno::SRCH));
+        let gone = gone || is_zombie(process);
         gone.then(|| format!("process {process} has ended"))
     })
+}
+
+/// Whether a process has ended and its parent has not looked yet. Its name, in parentheses, may hold
+/// anything; its state is the letter after it.
+fn is_zombie(process: u32) -> bool {
+    fs::read_to_string(format!("/proc/{process}/stat"))
+        .is_ok_and(|stat| stat.rsplit(") ").next().is_some_and(|rest| rest.starts_with(['Z', 'X'])))
 }
 
 /// Largest resident memory so far of a process, or of this one (bytes); zero where the system does not tell.
@@ -147,10 +189,28 @@ pub fn cpu_seconds(process: Option<u32>) -> f64 {
     1e-9 * threads.flatten().filter_map(nanoseconds).sum::<u64>() as f64
 }
 
-fn describe(status: ExitStatus) -> String {
-    use std::os::unix::process::ExitStatusExt;
-    match (status.code(), status.signal()) {
+/// The last line that says something; of a panic of Rust its place and its words.
+fn last_words(log: &str) -> Option<String> {
+    let lines: Vec<&str> = log.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+    let panic = lines.iter().rposition(|line| line.starts_with("thread '") && line.contains("panicked at"));
+    let words = match panic {
+        // What follows the panic are its words, a note, a backtrace.
+        Some(at) if lines[at..].iter().any(|line| line.contains("RUST_BACKTRACE")) => {
+            lines[at..].iter().take(2).map(|line| line.trim_end_matches(':')).collect::<Vec<_>>().join(": ")
+        }
+        _ => (*lines.last()?).to_owned(),
+    };
+    Some(tame(&words, LAST_WORDS))
+}
+
+fn describe(status: WaitIdStatus) -> String {
+    match (status.exit_status(), status.terminating_signal()) {
         (Some(code), _) => format!("its process ended with exit code {code}"),
+        (None, Some(signal)) if signal == Signal::BUS.as_raw() => {
+            format!(
+                "its process was ended by signal {signal}, as where memory that is shared cannot be had: see df /dev/shm"
+            )
+        }
         (None, Some(signal)) => format!("its process was ended by signal {signal}"),
         (None, None) => "its process ended".to_owned(),
     }
@@ -188,6 +248,52 @@ mod tests {
         let mut child = shell("kill -9 $$", &log);
         assert_eq!(wait_for_end(&mut child), "its process was ended by signal 9");
         fs::remove_file(&log).unwrap();
+    }
+
+    #[test]
+    fn what_a_child_started_ends_with_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let (log, number) = (dir.path().join("log"), dir.path().join("number"));
+        for (script, how) in [
+            ("sleep 300 & echo $! > NUMBER; wait", Some("it did not end by itself, and was killed")),
+            ("sleep 300 & echo $! > NUMBER", None),
+        ] {
+            let mut child = shell(&script.replace("NUMBER", &number.display().to_string()), &log);
+            let started = || fs::read_to_string(&number).ok()?.trim().parse::<u32>().ok();
+            while started().is_none() {
+                std::thread::sleep(LOOK);
+            }
+            assert_eq!(child.end(Instant::now() + Duration::from_millis(300)).as_deref(), how);
+            let mut other = watch(started().unwrap());
+            let deadline = Instant::now() + Duration::from_secs(10);
+            while other().is_none() {
+                assert!(Instant::now() < deadline, "it still runs");
+                std::thread::sleep(LOOK);
+            }
+            fs::remove_file(&number).unwrap();
+        }
+    }
+
+    #[test]
+    fn last_words_are_the_reason_tame_and_short() {
+        let panic = "step 1\n\nthread 'main' (77) panicked at src/a.rs:3:5:\nindex out of bounds\n\
+                     note: run with `RUST_BACKTRACE=1` environment variable to display a backtrace\n";
+        let said = "thread 'main' (77) panicked at src/a.rs:3:5: index out of bounds";
+        for (log, words) in [
+            (panic, Some(said)),
+            ("error: \u{1b}[31mno\0\n\n", Some("error: \u{fffd}[31mno\u{fffd}")),
+            ("\n \n", None),
+        ] {
+            assert_eq!(last_words(log).as_deref(), words);
+        }
+        // A log of 800 MB, most of it a hole, and one long line at its end.
+        let dir = tempfile::tempdir().unwrap();
+        let log = dir.path().join("big.log");
+        let script =
+            format!("truncate -s 800M {0}; head -c 100000 /dev/zero | tr '\\0' x >> {0}", log.display());
+        let mut child = shell(&script, &log);
+        let ended = wait_for_end(&mut child);
+        assert!(ended.len() < 1000 && ended.contains("more characters"), "{}", ended.len());
     }
 
     #[test]

@@ -1,17 +1,17 @@
-//! What the coupler writes of accepted windows: `windows.csv`, `probes.csv`, and from them the balances of
-//! `summary.json`.
+//! What the coupler writes of accepted windows: `windows.csv`, `probes.csv`, and beside them the sums over
+//! all windows for `summary.json`.
+
+mod running;
 
 use crate::condition46::Resultant;
 use crate::convergence::Residual;
 use crate::schemes::Accepted;
 use crate::side::Side;
-use interfaces::port::names;
 use interfaces::{Scalar, ScalarKind, TimeWindow};
 use output::columns::Column;
-use output::summary::{
-    Balances, Condition46, EnergyBalance, Extremes, FluidBalance, Iterations, Residual as Spread,
-};
-use output::table::{self, Columns, Table};
+use output::summary::{Balances, Condition46, Extremes, FluidBalance, Iterations};
+use output::table::Table;
+use running::Running;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use words::bytes::{self, Reader, Writer};
@@ -23,6 +23,8 @@ pub const PROBES: &str = "probes.csv";
 
 /// File of one row an iteration; only with an implicit scheme.
 pub const ITERATIONS: &str = "iterations.csv";
+/// A row is due up to this part of the interval before: rounding of the sum of window sizes.
+const ON_TIME: f64 = 1e-9;
 
 /// The tables of a run, being written.
 pub struct Records {
@@ -31,6 +33,11 @@ pub struct Records {
     probes: Option<Table>,
     iterations: Option<Table>,
     solved: IterationSums,
+    running: Running,
+    /// Time between rows (s); none between those of every window.
+    interval: f64,
+    /// Time of the last row.
+    recorded: f64,
     /// Rows of the windows' table.
     rows: u64,
     dimension: usize,
@@ -89,8 +96,8 @@ fn interface_columns(dimension: usize) -> Vec<Column> {
 
 impl Records {
     /// Makes the tables in `dir` for the sides of a run, and writes the probes' values at `time` (s), the
-    /// start.
-    pub fn create(dir: &Path, sides: &[&Side], time: f64) -> output::Result<Self> {
+    /// start. Between two rows there is at least `interval` (s), but where an output is due.
+    pub fn create(dir: &Path, sides: &[&Side], time: f64, interval: f64) -> output::Result<Self> {
         let dimension = sides.iter().map(|s| s.describe().dimension).max().unwrap_or(2);
         let coupled = sides.len() > 1;
         let mut columns = vec![
@@ -126,6 +133,9 @@ impl Records {
             probes,
             iterations: None,
             solved: IterationSums::default(),
+            running: Running::default(),
+            interval,
+            recorded: time,
             rows: 0,
             dimension,
             coupled,
@@ -136,6 +146,7 @@ impl Records {
             row: Vec::with_capacity(columns.len()),
             seconds: vec![0.0; sides.len()],
         };
+        records.running.probes(time, sides);
         records.probe_row(time, sides)?;
         Ok(records)
     }
@@ -154,10 +165,54 @@ impl Records {
         Ok(())
     }
 
-    /// Writes what each iteration of an accepted window left; nothing with an explicit scheme.
-    pub fn iterations(&mut self, window: &TimeWindow, residuals: &[Residual]) -> output::Result<()> {
+    /// Records an accepted window, and what each of its iterations left; nothing with an explicit scheme.
+    /// After an error all tables end with the last window that is whole in each of them, and take no more.
+    pub fn record(
+        &mut self,
+        accepted: &Accepted,
+        residuals: &[Residual],
+        sides: &[&Side],
+    ) -> output::Result<()> {
+        let is_due = self.interval == 0.0
+            || accepted.output.is_some()
+            || accepted.time - self.recorded >= self.interval * (1.0 - ON_TIME);
+        let recorded = self
+            .iterations(&accepted.window, residuals, is_due)
+            .and_then(|()| self.window(accepted, sides, is_due));
+        if recorded.is_err() {
+            // The error to tell is the one that was first.
+            let _ = self.cut();
+        }
+        recorded
+    }
+
+    /// Ends all tables with the same window.
+    fn cut(&mut self) -> output::Result<()> {
+        let mut whole = self.windows.whole_rows()?;
+        if let Some(probes) = &self.probes {
+            whole = whole.min(probes.whole_rows()?.saturating_sub(1));
+        }
+        self.windows.cut(|row, _| row < whole)?;
+        if let Some(probes) = &mut self.probes {
+            probes.cut(|row, _| row <= whole)?;
+        }
+        let last = self.windows.last_first_cell()?;
+        if let Some(iterations) = &mut self.iterations {
+            iterations.cut(|_, window| last.is_some_and(|last| window <= last))?;
+        }
+        self.rows = whole;
+        Ok(())
+    }
+
+    fn iterations(
+        &mut self,
+        window: &TimeWindow,
+        residuals: &[Residual],
+        is_due: bool,
+    ) -> output::Result<()> {
         let Some(table) = &mut self.iterations else { return Ok(()) };
-        for (iteration, left) in residuals.iter().enumerate() {
+        let rows = if is_due { residuals } else { &[] };
+        for (iteration, left) in rows.iter().enumerate() {
             table.row(&[
                 window.index as f64,
                 iteration as f64,
@@ -173,8 +228,7 @@ impl Records {
         Ok(())
     }
 
-    /// Writes an accepted window's rows.
-    pub fn window(&mut self, accepted: &Accepted, sides: &[&Side]) -> output::Result<()> {
+    fn window(&mut self, accepted: &Accepted, sides: &[&Side], is_due: bool) -> output::Result<()> {
         let window = &accepted.window;
         let mut row = std::mem::take(&mut self.row);
         row.clear();
@@ -188,6 +242,7 @@ impl Records {
             }
             self.work_given += window.size * found.given.power;
             self.work_applied += window.size * applied.power;
+            self.running.condition_46(found.residual_before, found.residual_after);
             row.extend([found.residual_before, found.residual_after]);
             for resultant in [&found.given, &found.before, &found.after, &applied] {
                 self.push_resultant(resultant, &mut row);
@@ -198,6 +253,13 @@ impl Records {
             row.extend(forces.iter().map(|(i, _)| self.impulse_applied[*i]));
             row.push(self.work_applied);
         }
+        self.running.balances(sides);
+        self.running.probes(accepted.time, sides);
+        if !is_due {
+            self.row = row;
+            return Ok(());
+        }
+        self.recorded = accepted.time;
         for (side, before) in sides.iter().zip(&mut self.seconds) {
             row.push(side.compute_seconds - *before);
             *before = side.compute_seconds;
@@ -255,6 +317,8 @@ impl Records {
         }
         state.f64(self.work_given);
         state.f64(self.work_applied);
+        state.f64(self.recorded);
+        self.running.save(state);
         let IterationSums { windows, total, most, not_converged } = self.solved;
         [windows, total, most, not_converged].into_iter().for_each(|count| state.u64(count));
     }
@@ -268,6 +332,8 @@ impl Records {
         }
         self.work_given = state.f64("work given")?;
         self.work_applied = state.f64("work taken")?;
+        self.recorded = state.f64("time of the last row")?;
+        self.running.restore(state)?;
         let IterationSums { windows, total, most, not_converged } = &mut self.solved;
         for count in [windows, total, most, not_converged] {
             *count = state.u64("sums over the iterations")?;
@@ -275,28 +341,23 @@ impl Records {
         Ok(())
     }
 
-    /// What the tables say in sum, once all rows are written.
-    pub fn balances(&mut self) -> output::Result<Sums> {
-        self.flush()?;
-        let windows = table::read(&self.dir.join(WINDOWS))?;
-        let probes = match self.probes {
-            Some(_) => output::summary::probe_extremes(&table::read(&self.dir.join(PROBES))?),
-            None => BTreeMap::new(),
-        };
-        let mut balances =
-            Balances { energy: EnergyBalance::of(&total_energy(&windows)), ..Balances::default() };
+    /// Hands over all rows, and gives what all windows say in sum.
+    pub fn balances(&mut self) -> (Sums, output::Result<()>) {
+        let written = self.flush().inspect_err(|_| {
+            // The error to tell is the one that was first.
+            let _ = self.cut();
+        });
+        let mut balances = Balances { energy: self.running.energy(), ..Balances::default() };
         if self.coupled {
             balances.impulse_given_newton_seconds = self.impulse_given[..self.dimension].to_vec();
             balances.impulse_taken_newton_seconds = self.impulse_applied[..self.dimension].to_vec();
             balances.work_given_joules = Some(self.work_given);
             balances.work_taken_joules = Some(self.work_applied);
         }
-        let residual = |name: &str| Spread::of(windows.get(name).unwrap_or_default());
-        let condition_46 = self
-            .coupled
-            .then(|| Condition46 { before: residual("residual_before"), after: residual("residual_after") });
+        let condition_46 = self.coupled.then(|| self.running.spreads());
         let iterations = self.iterations.as_ref().map(|_| self.solved.summary());
-        Ok(Sums { balances, condition_46, fluid: fluid_balance(&windows), probes, iterations })
+        let (fluid, probes) = (self.running.fluid(), self.running.extremes());
+        (Sums { balances, condition_46, fluid, probes, iterations }, written)
     }
 }
 
@@ -333,32 +394,4 @@ pub struct Sums {
 fn scalars(side: &Side, kind: ScalarKind) -> impl Iterator<Item = f64> {
     let described = side.describe().scalars.iter();
     described.zip(&side.scalars).filter(move |(s, _)| s.kind == kind).map(|(_, value)| *value)
-}
-
-/// The energy of the whole, a value a window: every energy that either side reports.
-fn total_energy(windows: &Columns) -> Vec<f64> {
-    let mut total = vec![0.0; windows.rows()];
-    let mut found = false;
-    for role in ["fluid", "structure"] {
-        for energy in names::ENERGIES {
-            if let Some(column) = windows.get(&format!("{role}.{energy}")) {
-                found = true;
-                total.iter_mut().zip(column).for_each(|(sum, e)| *sum += e);
-            }
-        }
-    }
-    if found { total } else { Vec::new() }
-}
-
-fn fluid_balance(windows: &Columns) -> Option<FluidBalance> {
-    let drift = windows.get(&format!("fluid.{}", names::VOLUME_DRIFT))?;
-    let last =
-        |name: &str| windows.get(&format!("fluid.{name}")).and_then(|c| c.last()).map_or(0, |&v| v as u64);
-    let largest = drift.iter().fold(0.0f64, |m, &d| if d.abs() > m.abs() { d } else { m });
-    Some(FluidBalance {
-        volume_drift: largest,
-        particles_lost: last(names::PARTICLES_LOST),
-        particles_left: last(names::PARTICLES_LEFT),
-        ..FluidBalance::default()
-    })
 }

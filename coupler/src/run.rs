@@ -7,7 +7,7 @@ pub mod recorded;
 
 pub use folder::{CASE, SUMMARY};
 pub use options::{Options, RunError};
-pub use participants::{Build, Solvers, participant_deadlines};
+pub use participants::{Build, Solvers, participant_deadlines, threads};
 pub use recorded::Recorded;
 
 use crate::phase::Phase;
@@ -19,9 +19,11 @@ use crate::timing::Timing;
 use crate::trace::{TRACE, Trace};
 use interfaces::case::Case;
 use interfaces::case::participant::Start;
-use interfaces::{Role, SubSteps, pairing};
+use interfaces::case::probe::Probe;
+use interfaces::{Role, Scalar, SubSteps, pairing};
 use output::summary::{RoleUse, Status, Summary};
-use participants::{Participants, threads};
+use participants::Participants;
+use std::panic::AssertUnwindSafe;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 
@@ -60,8 +62,13 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
         Err(error) if error.is_interruption() => (Status::Interrupted, Some(error.to_string())),
         Err(error) => (Status::Failed, Some(error.to_string())),
     };
-    let written = summary.write(&options.out.join(SUMMARY));
-    (summary, result.and(written.map_err(RunError::from)))
+    folder::free_room(&options.out);
+    let result = match (result, summary.write(&options.out.join(SUMMARY))) {
+        (result, Ok(())) => result,
+        (Ok(()), Err(summary)) => Err(summary.into()),
+        (Err(run), Err(summary)) => Err(RunError::NoSummary { run: Box::new(run), summary }),
+    };
+    (summary, result)
 }
 
 /// What the coupler did in a run, in words, and for how long (s).
@@ -106,13 +113,20 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers) -> Outcome {
     };
     let mut participants = Participants::new(timing.clone());
     let announce = timing.announce();
-    let started = announce.during(Phase::Starting, || participants.start(case, options, solvers));
-    let mut outcome = match started {
-        Ok(()) => solve(case, options, &mut participants).unwrap_or_else(Outcome::from),
-        Err(error) => error.into(),
-    };
+    // Whatever comes of it, those that were started are ended, and nothing is left in shared memory.
+    let mut outcome = caught(|| {
+        let started = announce.during(Phase::Starting, || participants.start(case, options, solvers));
+        started.and_then(|()| solve(case, options, &mut participants))
+    })
+    .unwrap_or_else(Outcome::from);
     let in_order = outcome.result.as_ref().err().is_none_or(RunError::is_interruption);
-    let memory = announce.during(Phase::Starting, || participants.end(in_order));
+    let (memory, ends) = announce.during(Phase::Starting, || participants.end(in_order));
+    // After another failure, or told to stop, nobody has to end as if nothing had happened.
+    if let (Ok(()), Some(end)) = (&outcome.result, ends.into_iter().next())
+        && !options.stop.load(Ordering::Relaxed)
+    {
+        outcome.result = Err(end.into());
+    }
     folder::remove_unpacked(&options.out);
     let roles = &mut outcome.known.roles;
     for (role, bytes) in memory {
@@ -124,6 +138,15 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers) -> Outcome {
     }
     outcome.result = outcome.result.and(timing.end().map_err(RunError::from));
     outcome
+}
+
+/// Makes a panic of the coupler an error with its text.
+fn caught<T>(call: impl FnOnce() -> Result<T, RunError>) -> Result<T, RunError> {
+    std::panic::catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let text = text.or_else(|| panic.downcast_ref::<String>().cloned());
+        Err(RunError::Panicked(text.unwrap_or_else(|| "no text was given".to_owned())))
+    })
 }
 
 /// Initialises the participants and solves all windows.
@@ -154,7 +177,7 @@ pub(crate) fn coupled(
         pair.end_when_steady(steady_state.clone());
     }
     let run = Run { solver: Coupled::new(pair, Scheme::of(coupling)), schedule };
-    Recorded::create(run, &options.out, coupling.scheme.is_implicit(), announce)
+    Recorded::create(run, &options.out, coupling.scheme.is_implicit(), case.general.record_interval, announce)
 }
 
 /// The one side of a case, ready for its first window.
@@ -167,7 +190,13 @@ fn alone(
     let mut side = participants.take(role).expect("a checked case has a fluid or a structure");
     let (points, schedule) = (side.points().unwrap_or(0), schedule(case));
     side.initialize(schedule.time(), points, None)?;
-    Recorded::create(Run { solver: side, schedule }, &options.out, false, participants.timing.announce())
+    Recorded::create(
+        Run { solver: side, schedule },
+        &options.out,
+        false,
+        case.general.record_interval,
+        participants.timing.announce(),
+    )
 }
 
 /// Solves all windows and ends the sides in order.
@@ -188,10 +217,14 @@ fn windows<S: Solver>(
         placement.window();
         if options.stop.load(Ordering::Relaxed) { Onward::Stop } else { Onward::Continue }
     });
-    let sums = recorded.sums();
+    let (sums, written) = recorded.sums();
     let Run { mut solver, schedule } = recorded.run;
-    let mut known =
-        Summary { windows: schedule.windows(), simulated_seconds: schedule.time(), ..Summary::default() };
+    let mut known = Summary {
+        windows: schedule.windows(),
+        simulated_seconds: schedule.time(),
+        notes: notes(case, solver.sides().as_ref()),
+        ..Summary::default()
+    };
     for side in solver.sides_mut() {
         let ended = side.terminate();
         // The first failure is the cause; that a failed participant cannot end in order is no news.
@@ -210,13 +243,9 @@ fn windows<S: Solver>(
     coupler.extra.insert(WINDOWS_ON_ONE_CORE.to_owned(), placement.windows_together().into());
     let ending = solver.ending().filter(|_| result.is_ok());
     let mut result = result.map_err(RunError::from);
-    match sums {
-        Ok(sums) => {
-            (known.balances, known.condition_46) = (sums.balances, sums.condition_46);
-            (known.fluid, known.probes, known.iterations) = (sums.fluid, sums.probes, sums.iterations);
-        }
-        Err(error) => result = result.and(Err(error.into())),
-    }
+    (known.balances, known.condition_46) = (sums.balances, sums.condition_46);
+    (known.fluid, known.probes, known.iterations) = (sums.fluid, sums.probes, sums.iterations);
+    result = result.and(written.map_err(RunError::from));
     Outcome { result, ending, known }
 }
 
@@ -225,6 +254,29 @@ fn schedule(case: &Case) -> Schedule {
     let (max_window, sub_steps) =
         case.coupling.as_ref().map_or((f64::INFINITY, SubSteps::Stable), |c| (c.max_window, c.sub_steps));
     Schedule::new(0.0, general.end_time, general.output_interval, max_window, sub_steps)
+}
+
+/// What the sides note, and probes of the case that nobody records: of a side that is not ours, which records
+/// what it likes.
+fn notes(case: &Case, sides: &[&Side]) -> Vec<String> {
+    let mut notes = Vec::new();
+    for side in sides {
+        let (role, description) = (side.role(), side.describe());
+        notes.extend(description.notes.iter().map(|note| format!("the {role}: {note}")));
+        let is_of_side = |probe: &&Probe| probe.is_on_structure() == (role == Role::Structure);
+        for probe in case.probes.iter().filter(is_of_side) {
+            let is_missing = |probe: &Scalar| description.scalars.iter().all(|s| s.name != probe.name);
+            let missing: Vec<_> = probe.scalars(case.general.dimension).filter(is_missing).collect();
+            if let Some(first) = missing.first() {
+                let (solver, name) = (&description.solver, &probe.name);
+                notes.push(format!(
+                    "probe \"{name}\" is not recorded: the {role}, {solver}, reports no `{}`",
+                    first.name
+                ));
+            }
+        }
+    }
+    notes
 }
 
 /// Compares what the two sides take and give.

@@ -15,8 +15,13 @@ pub struct Schedule {
     sub_steps: SubSteps,
     windows: u64,
     outputs: u64,
+    /// Longest window that was allowed when the last one was set (s).
+    allowed: f64,
 }
 
+/// What is left behind the last output before the end is joined to the windows before it where it is shorter
+/// than this fraction of the longest window allowed: a sliver of a window has accelerations of its own.
+const SLIVER: f64 = 0.5;
 /// What is left of an output interval counts as none below this fraction of the interval: rounding of the sum
 /// of window sizes.
 const ARRIVED: f64 = 1e-9;
@@ -40,6 +45,7 @@ impl Schedule {
             sub_steps,
             windows: 0,
             outputs: 0,
+            allowed: 0.0,
         }
     }
 
@@ -48,12 +54,13 @@ impl Schedule {
     ///
     /// The way to the next output or end time is divided evenly into as few windows as the limit permits, so
     /// that none is a sliver.
-    pub fn next(&self, limit: f64) -> Option<TimeWindow> {
+    pub fn next(&mut self, limit: f64) -> Option<TimeWindow> {
         if self.finished() {
             return None;
         }
-        let left = self.target() - self.time;
         let largest = limit.min(self.max_window);
+        self.allowed = largest;
+        let left = self.target() - self.time;
         let size = if largest >= left { left } else { left / (left / largest - ARRIVED).ceil() };
         Some(TimeWindow {
             index: self.windows,
@@ -119,8 +126,14 @@ impl Schedule {
         self.windows
     }
 
+    /// The next output's time, counted and not added up, or the end time. An output of which the end is less
+    /// than a sliver away, or none at all but for rounding, is that of the end.
     fn target(&self) -> f64 {
-        (self.start_time + (self.outputs + 1) as f64 * self.output_interval).min(self.end_time)
+        let output = self.start_time + (self.outputs + 1) as f64 * self.output_interval;
+        let nothing = ARRIVED * self.output_interval;
+        let sliver = nothing.max(SLIVER * self.allowed.min(self.output_interval));
+        let passed = output - self.time <= nothing;
+        if passed || self.end_time - output < sliver { self.end_time } else { output }
     }
 }
 
@@ -166,6 +179,34 @@ mod tests {
         assert_eq!((schedule.time(), schedule.windows()), (second.end(), 2));
     }
 
+    /// Of every pair of an end and an interval with few decimals, and of ends just behind an output: no
+    /// window is a sliver, the end is met to the bit, and there are as many outputs as intervals.
+    #[test]
+    fn what_is_left_at_the_end_is_no_window_of_its_own() {
+        for interval in [0.0003, 0.001, 0.0007, 0.0025, 0.0125, 0.03, 0.1] {
+            for count in 1..=60_u32 {
+                // As people write them: decimal numbers.
+                let end: f64 = format!("{:.6}", interval * f64::from(count)).parse().unwrap();
+                for limit in [1.0, 0.4 * interval, 0.013 * interval] {
+                    let (sizes, outputs) = walk(end, interval, |_| limit);
+                    assert_eq!(outputs.len(), count as usize, "{end} over {interval}");
+                    assert_eq!(outputs.last(), Some(&end));
+                    let allowed = limit.min(0.05).min(interval);
+                    assert!(
+                        sizes.iter().all(|&s| s >= 0.5 * allowed * (1.0 - 1e-8)),
+                        "{end} over {interval}"
+                    );
+                }
+            }
+        }
+        let (sizes, outputs) = walk(0.1, 0.0033333, |_| 2e-4);
+        assert_eq!((outputs.len(), outputs.last()), (30, Some(&0.1)));
+        assert!(sizes.iter().all(|&s| (1.9e-4..2e-4).contains(&s)));
+        // What is worth a window has one.
+        let (sizes, outputs) = walk(0.1, 0.03, |_| 0.012);
+        assert_eq!((outputs.len(), sizes.last()), (4, Some(&(0.1 - 3.0 * 0.03))));
+    }
+
     /// Windows follow each other without a gap, none is longer than what both allow, none shorter than half
     /// of that but where the way itself is, and every output and the end are met to the bit; whatever the
     /// interval, the end and the limits.
@@ -195,7 +236,8 @@ mod tests {
                 if let Some(number) = schedule.accept(&window) {
                     outputs += 1;
                     assert_eq!(number, outputs);
-                    assert_eq!(schedule.time(), (outputs as f64 * interval).min(end));
+                    let regular = (outputs as f64 * interval).min(end);
+                    assert!(schedule.time() == regular || (schedule.time() == end && end - regular < cap));
                 }
                 last = schedule.time();
             }

@@ -2,7 +2,7 @@
 
 use interfaces::{
     Description, Direction, END_REQUESTED, Exchange, Fields, Participant, ParticipantError, Readiness,
-    Result, Role, TimeWindow, WindowReport,
+    Result, Role, Scalar, ScalarKind, TimeWindow, WindowReport,
 };
 use thiserror::Error;
 use words::bytes::{self, Reader, Writer};
@@ -192,7 +192,12 @@ impl Side {
                 "it allows a next window of {window_limit} s, which is none"
             )));
         }
-        if let Some(at) = scalars.iter().position(|s| !s.is_finite()) {
+        // A probe may find nothing where it looks, and says so.
+        let described = || self.describe().scalars.iter();
+        let is_wrong = |(scalar, value): (&Scalar, &f64)| {
+            !(value.is_finite() || value.is_nan() && scalar.kind == ScalarKind::Probe)
+        };
+        if let Some(at) = described().zip(&scalars).position(is_wrong) {
             let name = &self.describe().scalars[at].name;
             return Err(ParticipantError::failed(format!("its scalar `{name}` is {}", scalars[at])));
         }

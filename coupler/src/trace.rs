@@ -52,7 +52,7 @@ impl Trace {
     /// # Errors
     /// If the file cannot be made.
     pub fn create(path: &Path) -> output::Result<Self> {
-        let file = File::create(path).map_err(|source| write_error(path, source))?;
+        let file = output::files::create(path).map_err(|source| write_error(path, source))?;
         let mut trace =
             Self { path: path.to_owned(), file, buffer: "[\n".to_owned(), failed: None, ended: false };
         for (track, name) in

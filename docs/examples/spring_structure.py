@@ -60,10 +60,10 @@ class Connection:
     def __init__(self, connect, role, deadline):
         iox2.set_log_level(iox2.LogLevel.Fatal)
         domain, _, run = connect.rpartition("/")
-        own = f"{domain or 'meniscus'}-{os.geteuid()}"
+        folder = os.environ.get("MENISCUS_FOLDER", f"/tmp/{domain or 'meniscus'}-{os.geteuid()}")
         self.config = iox2.config.default()
-        self.config.global_cfg.prefix = iox2.FileName.new(own + "_")
-        self.config.global_cfg.root_path = iox2.Path.new("/tmp/" + own)
+        self.config.global_cfg.prefix = iox2.FileName.new(os.path.basename(folder) + "_")
+        self.config.global_cfg.root_path = iox2.Path.new(folder)
         self.node = (iox2.NodeBuilder.new().config(self.config)
                      .signal_handling_mode(iox2.SignalHandlingMode.Disabled).create(iox2.ServiceType.Ipc))
         incoming = self.services(f"meniscus/{run}/{role}/to-participant", deadline)

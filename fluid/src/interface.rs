@@ -1,6 +1,5 @@
 //! The structure's particles as the fluid sees them, and what it gives back.
 
-use crate::boundaries::sampling::Sampling;
 use crate::error::Error;
 use rayon::prelude::*;
 use sph::Vector;
@@ -50,39 +49,6 @@ impl<const D: usize> InterfaceInput<'_, D> {
             }
         }
         Ok(())
-    }
-}
-
-/// The structure where its boundary points are, for one step ([`Sampling`]).
-#[derive(Clone, Debug, Default)]
-pub struct BoundaryPoints<const D: usize> {
-    /// Positions at the step's start (m).
-    pub positions: Vec<Vector<D>>,
-    /// Velocities (m/s) under the held load.
-    pub velocities: Vec<Vector<D>>,
-    /// Velocities (m/s) without it.
-    pub unloaded: Vec<Vector<D>>,
-    /// The same of the interface particles.
-    pub unloaded_particles: Vec<Vector<D>>,
-}
-
-impl<const D: usize> BoundaryPoints<D> {
-    /// The points of what the structure sent for a step of `dt` (s). `compliance` (m³/kg) of each interface
-    /// particle is empty where none yields.
-    pub fn take(
-        &mut self,
-        sampling: &Sampling,
-        structure: &InterfaceInput<'_, D>,
-        compliance: &[f64],
-        dt: f64,
-    ) {
-        sampling.at_points(structure.positions, &mut self.positions);
-        sampling.at_points(structure.velocities, &mut self.velocities);
-        self.unloaded_particles.clear();
-        self.unloaded_particles.extend_from_slice(structure.velocities);
-        let held = structure.held_pressure_gradients.iter().zip(compliance);
-        self.unloaded_particles.iter_mut().zip(held).for_each(|(u, (held, c))| *u += held * (dt * c));
-        sampling.at_points(&self.unloaded_particles, &mut self.unloaded);
     }
 }
 

@@ -23,19 +23,18 @@ pub struct ProbeValue<const D: usize> {
     pub pressure: f64,
     /// Velocity (m/s).
     pub velocity: Vector<D>,
-    /// Whether any fluid is within reach: without, the values are zero.
+    /// Whether any fluid is within reach: without, the values are not numbers.
     pub wet: bool,
 }
 
-/// The fluid in a box, taken as a whole.
+/// The fluid in a box, taken as a whole; not numbers without fluid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Body<const D: usize> {
-    /// Where it begins along each axis (m), half a spacing before its first particle; the box's highest
-    /// corner without fluid.
+    /// Where it begins along each axis (m), half a spacing before its first particle.
     pub low: Vector<D>,
-    /// Where it ends (m); the box's lowest corner without fluid.
+    /// Where it ends (m).
     pub high: Vector<D>,
-    /// Mean position (m); zero without fluid.
+    /// Mean position (m).
     pub centroid: Vector<D>,
     /// Standard deviation of position along each axis (m), half the semi-axis of an ellipse along the axes.
     pub spread: Vector<D>,
@@ -67,13 +66,15 @@ impl<const D: usize, M> State<D, M> {
                 sum + offset.component_mul(&offset)
             });
             body.spread = (square / count).map(f64::sqrt);
+            return body;
         }
-        body
+        let nowhere = Vector::repeat(f64::NAN);
+        Body { low: nowhere, high: nowhere, centroid: nowhere, spread: nowhere }
     }
 
     /// Departure of the pressure from `ρ g·(r − level)`, over the greatest of it: its largest magnitude and
-    /// its root mean square, of all particles deeper than one spacing below the point `level` (m). Zero
-    /// without any.
+    /// its root mean square, of all particles deeper than one spacing below the point `level` (m); not
+    /// numbers without any.
     pub fn hydrostatic_error(&self, properties: &FluidProperties<D>, level: &Vector<D>) -> [f64; 2] {
         let weight = properties.gravity * properties.density;
         let first_layer = weight.norm() * properties.spacing;
@@ -87,7 +88,7 @@ impl<const D: usize, M> State<D, M> {
                 deepest = deepest.max(hydrostatic);
             }
         }
-        if count == 0.0 { [0.0; 2] } else { [largest / deepest, f64::sqrt(square / count) / deepest] }
+        if count == 0.0 { [f64::NAN; 2] } else { [largest / deepest, f64::sqrt(square / count) / deepest] }
     }
 }
 
@@ -114,7 +115,7 @@ impl<'a, const D: usize> Probe<'a, D> {
             spread += tensor::outer(&r, &r) * w;
         });
         if weight == 0.0 {
-            return ProbeValue { pressure: 0.0, velocity: Vector::zeros(), wet: false };
+            return ProbeValue { pressure: f64::NAN, velocity: Vector::repeat(f64::NAN), wet: false };
         }
         // The value at r of the fitted field is Σ W (1 − l·(r_b − r)) f_b / Σ W (1 − l·(r_b − r)) with
         // spread·l = lean.

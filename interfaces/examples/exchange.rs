@@ -31,7 +31,14 @@ impl Idle {
             port("velocity", Quantity::Velocity, motion),
             port("pressure_gradient", Quantity::PressureGradient, load),
         ];
-        Self(Description { role, solver: "idle".to_owned(), dimension: 2, ports, scalars: vec![] })
+        Self(Description {
+            role,
+            solver: "idle".to_owned(),
+            dimension: 2,
+            ports,
+            scalars: vec![],
+            notes: vec![],
+        })
     }
 }
 

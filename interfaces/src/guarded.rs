@@ -58,6 +58,9 @@ impl Lifecycle {
         if !(window.size > 0.0 && window.size.is_finite() && window.start.is_finite()) {
             return wrong(format!("it starts at {} s and lasts {} s", window.start, window.size));
         }
+        if window.start + window.size == window.start {
+            return wrong(format!("{} s are too short to change the time, {} s", window.size, window.start));
+        }
         Ok(())
     }
 
@@ -200,7 +203,7 @@ fn read(state: &[u8]) -> Result<(u64, &[u8])> {
 }
 
 /// Makes a panic of the participant an error with its text.
-pub(crate) fn caught<T>(call: impl FnOnce() -> Result<T>) -> Result<T> {
+pub fn caught<T>(call: impl FnOnce() -> Result<T>) -> Result<T> {
     catch_unwind(AssertUnwindSafe(call)).unwrap_or_else(|panic| Err(ParticipantError::Failed(told(&*panic))))
 }
 

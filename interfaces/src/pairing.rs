@@ -73,7 +73,14 @@ mod tests {
     use crate::{Quantity, Role};
 
     fn description(role: Role, ports: Vec<Port>) -> Description {
-        Description { role, solver: format!("{role} of a test"), dimension: 2, ports, scalars: vec![] }
+        Description {
+            role,
+            solver: format!("{role} of a test"),
+            dimension: 2,
+            ports,
+            scalars: vec![],
+            notes: vec![],
+        }
     }
 
     fn pair() -> (Description, Description) {

@@ -16,8 +16,10 @@
 
 use crate::{Direction, FieldError, Fields, IllegalCall, Port, TimeWindow};
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::fmt;
 use thiserror::Error;
+use words::text::{EXPLANATION, NAME, is_name, tame};
 
 /// The side of the coupling a participant stands on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -92,6 +94,9 @@ pub struct Description {
     pub ports: Vec<Port>,
     /// What it reports.
     pub scalars: Vec<Scalar>,
+    /// What looks odd to it and may be meant, one line each, for the summary.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
 }
 
 impl Description {
@@ -99,7 +104,64 @@ impl Description {
     pub fn fields(&self, direction: Direction, points: usize) -> Fields {
         Fields::new(&self.ports, direction, points)
     }
+
+    /// What no participant may claim, whoever made it: nothing of it is then used, and nothing of that size
+    /// is allocated. One line each.
+    pub fn mistakes(&self) -> Vec<String> {
+        let mut mistakes = Vec::new();
+        let (ports, scalars) = (self.ports.len(), self.scalars.len());
+        if ports > MOST_PORTS || scalars > MOST_SCALARS {
+            return vec![format!(
+                "description: {ports} ports and {scalars} scalars, and {MOST_PORTS} and {MOST_SCALARS} are taken at most"
+            )];
+        }
+        let words = [("solver", self.solver.as_str())].into_iter();
+        let words = words.chain(self.ports.iter().map(|port| ("name of a port", port.name.as_str())));
+        let words = words.chain(self.scalars.iter().map(|scalar| ("name of a scalar", scalar.name.as_str())));
+        for (what, text) in words.chain(self.scalars.iter().map(|scalar| ("unit", scalar.unit.as_str()))) {
+            if !is_name(text) {
+                let text = tame(text, 60);
+                mistakes.push(format!("{what}: `{text}` is none: 1 to {NAME} characters on one line"));
+            }
+        }
+        if self.notes.len() > MOST_PORTS || self.notes.iter().any(|note| note.chars().count() > EXPLANATION) {
+            mistakes.push(format!("notes: {MOST_PORTS} of {EXPLANATION} characters are taken at most"));
+        }
+        if let Some(scalar) = self.scalars.iter().find(|scalar| scalar.meaning.chars().count() > EXPLANATION)
+        {
+            mistakes.push(format!("scalar `{}`: its meaning has over {EXPLANATION} characters", scalar.name));
+        }
+        let mut names = BTreeSet::new();
+        for port in &self.ports {
+            if !names.insert((port.direction == Direction::In, &port.name)) {
+                mistakes.push(format!("port `{}`: two have this name in one direction", port.name));
+            }
+            let values = port.points.unwrap_or(0).checked_mul(port.components);
+            if !(1..=MOST_COMPONENTS).contains(&port.components) || values.is_none_or(|n| n > MOST_VALUES) {
+                mistakes.push(format!(
+                    "port `{}`: {} points of {} components, and {MOST_VALUES} values, {MOST_COMPONENTS} a point, are taken at most",
+                    port.name,
+                    port.points.unwrap_or(0),
+                    port.components
+                ));
+            }
+        }
+        let mut names = BTreeSet::new();
+        for scalar in self.scalars.iter().filter(|s| !names.insert((s.kind == ScalarKind::Probe, &s.name))) {
+            mistakes.push(format!("scalar `{}`: two have this name", scalar.name));
+        }
+        mistakes
+    }
 }
+
+/// Ports of a participant at most.
+const MOST_PORTS: usize = 64;
+/// Scalars of a participant at most.
+const MOST_SCALARS: usize = 4096;
+/// Doubles a point at most.
+const MOST_COMPONENTS: usize = 64;
+/// Doubles of a field at most (64 MB): some millions of interface points.
+pub const MOST_VALUES: usize = 1 << 23;
 
 /// What a participant says that was initialised or went to a saved state.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -334,7 +334,8 @@ pub fn packed(bytes: &[u8]) -> impl ExactSizeIterator<Item = f64> {
 
 /// The bytes that [`packed`] packed.
 pub fn unpack(packed: &[f64], bytes: usize) -> Vec<u8> {
-    let mut all: Vec<u8> = packed.iter().flat_map(|word| word.to_bits().to_ne_bytes()).collect();
+    let used = &packed[..packed.len().min(words(bytes))];
+    let mut all: Vec<u8> = used.iter().flat_map(|word| word.to_bits().to_ne_bytes()).collect();
     all.truncate(bytes);
     all
 }

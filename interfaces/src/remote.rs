@@ -12,6 +12,10 @@ use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
+use words::text::{EXPLANATION, NAME, tame};
+
+/// Longest description of a participant that is read (bytes).
+const HELLO: u64 = 16 << 20;
 
 /// What the coupler knows of the case, for a participant to fit.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -115,17 +119,25 @@ impl<L: Link> Listening<L> {
             }
         };
         compare("protocol version", &VERSION.to_string(), &message.header().version.to_string());
+        if message.header().text_bytes > HELLO {
+            let bytes = message.header().text_bytes;
+            mismatches
+                .push(format!("description: it has {bytes} bytes, more than the {HELLO} that are read"));
+            return Err(mismatches);
+        }
         let hello: Hello = match serde_json::from_slice(&message.text()) {
             Ok(hello) => hello,
             Err(error) => {
+                let error = tame(&error.to_string(), EXPLANATION);
                 mismatches.push(format!("description: it cannot be read: {error}"));
                 return Err(mismatches);
             }
         };
         let theirs = hello.description;
         compare("role", &self.address.role.to_string(), &theirs.role.to_string());
-        compare("case hash", &self.expectations.case_hash, &hello.case_hash);
+        compare("case hash", &self.expectations.case_hash, &tame(&hello.case_hash, NAME));
         compare("dimension", &self.expectations.dimension.to_string(), &theirs.dimension.to_string());
+        mismatches.extend(theirs.mistakes());
         if mismatches.is_empty() { Ok(theirs) } else { Err(mismatches) }
     }
 }
@@ -158,7 +170,13 @@ impl<L: Link> RemoteParticipant<L> {
                 self.sequence -= 1;
                 Err(error)
             }
-            sent => sent.map_err(|error| self.broken(error)),
+            Err(error) => {
+                // The reason may have come before the end did.
+                let failed = self.connection.left().filter(|message| message.kind() == Kind::Failed);
+                let error = failed.map_or(error, |message| ParticipantError::Failed(message.words()));
+                Err(self.broken(error))
+            }
+            Ok(()) => Ok(()),
         }
     }
 
@@ -259,6 +277,11 @@ impl<L: Link> Participant for RemoteParticipant<L> {
         let during = || solving(&window);
         let message = self.answer(Kind::Solved, during)?;
         let header = message.header();
+        let seconds = header.compute_seconds;
+        if !(seconds >= 0.0 && seconds.is_finite()) {
+            let what = format!("{} says that it took {seconds} s", header.name());
+            return Err(ParticipantError::Protocol { during: during(), what });
+        }
         let report = header.window_report(&scalars(&message, &self.description, during)?);
         read(&self.connection, &message, Selection::EveryWindow, outputs, during)?;
         Ok(report)

@@ -1,6 +1,7 @@
 //! The participant's side: any participant, served to a coupler in another process.
 
 use crate::guarded::caught;
+use crate::participant::MOST_VALUES;
 use crate::protocol::{
     Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, ReadError, Selection, VERSION, Welcome,
 };
@@ -292,7 +293,8 @@ impl Session<'_> {
         let mut resolved = Vec::with_capacity(ports.len());
         for (port, &points) in ports.into_iter().zip(points) {
             let count = points as usize;
-            if port.points.is_some_and(|own| own != count) || count as f64 != points {
+            let fits = count.checked_mul(port.components).is_some_and(|values| values <= MOST_VALUES);
+            if port.points.is_some_and(|own| own != count) || count as f64 != points || !fits {
                 let own = port.points.unwrap_or(0);
                 let what = format!("it names {points} points for port `{}`, which has {own}", port.name);
                 return Err(wrong(&request, &what));

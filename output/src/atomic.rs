@@ -1,11 +1,13 @@
 //! Files that are either whole or absent, whenever the writing process is killed.
 
 use crate::error::{Result, write_error};
+use crate::files;
 use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Writes `contents` to `path` so that no reader, and no kill at any moment, finds half of it: the bytes go
-/// to `.NAME.partial` in the same folder, which is then renamed over `path`.
+/// to `.NAME.partial` in the same folder, made anew, which is then renamed over `path`.
 ///
 /// A kill in between leaves the earlier file untouched and the partial one behind; the next write of the same
 /// file takes its place. The contents are not forced to the disk: a loss of power is not guarded against.
@@ -14,7 +16,8 @@ use std::path::{Path, PathBuf};
 /// [`crate::Error::Write`] if the folder is missing, full or not writable; the partial file is removed then.
 pub fn write_file(path: &Path, contents: &[u8]) -> Result<()> {
     let partial = partial_path(path);
-    fs::write(&partial, contents).and_then(|()| fs::rename(&partial, path)).map_err(|source| {
+    let written = files::create(&partial).and_then(|mut file| file.write_all(contents));
+    written.and_then(|()| fs::rename(&partial, path)).map_err(|source| {
         // The error that counts is the first; that the partial file may be missing as well says nothing new.
         let _ = fs::remove_file(&partial);
         write_error(path)(source)

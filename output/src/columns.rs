@@ -6,6 +6,7 @@
 
 use crate::atomic;
 use crate::error::{Result, parse_error, read_error};
+use crate::files;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -69,7 +70,7 @@ pub fn write(dir: &Path, tables: &[(&str, &[Column])]) -> Result<()> {
 /// [`crate::Error::Read`] if it cannot be read, [`crate::Error::Parse`] if it is not of this form.
 pub fn read(dir: &Path) -> Result<Contents> {
     let path = dir.join(FILE);
-    match std::fs::read_to_string(&path) {
+    match files::read_text(&path, files::WORDS) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Contents::new()),
         Err(error) => Err(read_error(&path)(error)),
         Ok(text) => serde_json::from_str(&text).map_err(|error| parse_error(&path, error.to_string())),

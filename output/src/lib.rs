@@ -26,12 +26,20 @@
 pub mod atomic;
 pub mod columns;
 mod error;
+pub mod files;
 pub mod pvd;
 pub mod report;
 pub mod summary;
+pub mod sums;
 pub mod table;
 pub mod vtu;
 mod xml;
+
+/// Makes a FIFO, for tests of what is refused.
+#[cfg(test)]
+fn mkfifo(path: &std::path::Path) -> bool {
+    std::process::Command::new("mkfifo").arg(path).status().is_ok_and(|status| status.success())
+}
 
 pub use columns::Column;
 pub use error::{Error, Result};

@@ -2,10 +2,10 @@
 
 use crate::atomic;
 use crate::error::{Result, parse_error, read_error, write_error};
+use crate::files;
 use crate::vtu::{self, ParticleFrame};
 use crate::xml;
 use std::fmt::Write as _;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Writer of one medium's snapshots. After each [`Series::write`] the collection names exactly the snapshots
@@ -35,7 +35,7 @@ impl Series {
     /// [`crate::Error::Write`] if the folder cannot be made or the collection not be written.
     pub fn create(dir: &Path, name: &str) -> Result<Self> {
         let folder = dir.join(name);
-        fs::create_dir_all(&folder).map_err(write_error(&folder))?;
+        files::folder(&folder).map_err(write_error(&folder))?;
         let series = Self { dir: dir.to_owned(), name: name.to_owned(), entries: Vec::new() };
         series.write_collection()?;
         Ok(series)
@@ -81,10 +81,12 @@ impl Series {
 /// The snapshots that a `.pvd` written by [`Series`] names, in its order, with paths joined to its folder.
 ///
 /// # Errors
-/// [`crate::Error::Read`] if it cannot be read, [`crate::Error::Parse`] if an entry is not of that layout.
+/// [`crate::Error::Read`] if it cannot be read, [`crate::Error::Parse`] if an entry is not of that layout, or
+/// names a file outside of the folder.
 pub fn read(path: &Path) -> Result<Vec<SeriesEntry>> {
-    let text = fs::read_to_string(path).map_err(read_error(path))?;
+    let text = files::read_text(path, files::WORDS).map_err(read_error(path))?;
     let folder = path.parent().unwrap_or(Path::new(""));
+    let whole = folder.canonicalize().map_err(read_error(folder))?;
     let entry = |line: &str| -> Option<SeriesEntry> {
         let value = |name: &str| Some(line.split_once(&format!(" {name}=\""))?.1.split_once('"')?.0);
         Some(SeriesEntry {
@@ -92,15 +94,34 @@ pub fn read(path: &Path) -> Result<Vec<SeriesEntry>> {
             file: folder.join(xml::unescape(value("file")?)),
         })
     };
-    text.lines()
-        .filter(|line| line.starts_with("<DataSet "))
-        .map(|line| entry(line).ok_or_else(|| parse_error(path, format!("no time and file in `{line}`"))))
-        .collect()
+    let mut entries = Vec::new();
+    for line in text.lines().filter(|line| line.starts_with("<DataSet ")) {
+        let found = entry(line).ok_or_else(|| parse_error(path, format!("no time and file in `{line}`")))?;
+        // One that is not there is told when it is read.
+        if found.file.canonicalize().is_ok_and(|file| !file.starts_with(&whole)) {
+            return Err(parse_error(path, format!("`{line}` names a file outside of this folder")));
+        }
+        entries.push(found);
+    }
+    Ok(entries)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
+
+    #[test]
+    fn a_collection_that_names_files_elsewhere_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("fluid.pvd");
+        std::os::unix::fs::symlink("/etc", dir.path().join("fluid")).unwrap();
+        for file in ["/dev/zero", "../../../../../../../../etc/hostname", "fluid/hostname"] {
+            fs::write(&path, format!("<DataSet timestep=\"0\" part=\"0\" file=\"{file}\"/>\n")).unwrap();
+            let error = read(&path).unwrap_err().to_string();
+            assert!(error.contains("outside") && error.contains(file), "{error}");
+        }
+    }
 
     #[test]
     fn the_collection_is_whole_after_every_snapshot() {

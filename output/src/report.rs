@@ -48,14 +48,27 @@ use crate::summary::Summary;
 use crate::table::{self, Columns};
 use std::path::{Path, PathBuf};
 
+/// Rows of a table at most that are held in memory for a report, about 40 MB of `windows.csv`.
+const ROWS: usize = 1 << 17;
+
+/// A report that was written.
+#[derive(Debug)]
+pub struct Report {
+    /// Its page.
+    pub page: PathBuf,
+    /// What was not as it should be: parts that could not be read, references of no probe. The page has them,
+    /// too.
+    pub notes: Vec<String>,
+}
+
 /// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png`, `dir/frames/structure.png` and
-/// `dir/frames/displacement.png` from what a run left in `dir`, and returns the report's path. Works on
+/// `dir/frames/displacement.png` from what a run left in `dir`. Works on
 /// finished, killed and still running runs.
 ///
 /// # Errors
 /// [`Error::NoRun`] if nothing of a run is there, [`Error::Write`] if the report cannot be written. Files
-/// that cannot be read are no error: the page names them.
-pub fn write_report(dir: &Path) -> Result<PathBuf> {
+/// that cannot be read are no error: the notes name them.
+pub fn write_report(dir: &Path) -> Result<Report> {
     const PARTS: [&str; 5] = ["summary.json", "windows.csv", "probes.csv", "fluid.pvd", "structure.pvd"];
     if !PARTS.iter().any(|name| dir.join(name).exists()) {
         return Err(Error::NoRun { path: dir.to_owned() });
@@ -63,8 +76,8 @@ pub fn write_report(dir: &Path) -> Result<PathBuf> {
     let mut notes = Vec::new();
     let summary = part(dir, "summary.json", Summary::read, &mut notes);
     let case = part(dir, "case.toml", references::read_case, &mut notes).unwrap_or_default();
-    let probes = part(dir, "probes.csv", table::read, &mut notes).unwrap_or_default();
-    let windows: Columns = part(dir, "windows.csv", table::read, &mut notes).unwrap_or_default();
+    let probes = part(dir, "probes.csv", curves, &mut notes).unwrap_or_default();
+    let windows: Columns = part(dir, "windows.csv", curves, &mut notes).unwrap_or_default();
     if summary.is_none() && !dir.join("summary.json").exists() {
         notes.push("The run has left no summary.json: it was killed, or is still going on.".to_owned());
     }
@@ -101,7 +114,12 @@ pub fn write_report(dir: &Path) -> Result<PathBuf> {
     };
     let path = dir.join("report.html");
     atomic::write_file(&path, page::html(&page).as_bytes())?;
-    Ok(path)
+    Ok(Report { page: path, notes: page.notes })
+}
+
+/// A table for curves, of which a page has no use for more rows.
+fn curves(path: &Path) -> Result<Columns> {
+    table::read_at_most(path, ROWS)
 }
 
 /// What `read` makes of a file of the folder; `None` if it is not there or, with a note, cannot be read.

@@ -2,6 +2,8 @@
 
 use crate::atomic;
 use crate::error::{Result, parse_error, read_error};
+use crate::files;
+use crate::sums::{EnergySum, ResidualSum};
 use crate::table::Columns;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
@@ -53,6 +55,9 @@ pub struct Summary {
     /// The fluid's volume and particles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fluid: Option<FluidBalance>,
+    /// What the sides and the coupler noted and may be meant, one line each.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
     /// Extremes by column of `probes.csv`, in the column's unit.
     pub probes: BTreeMap<String, Extremes>,
     /// Anything else.
@@ -143,14 +148,9 @@ impl Residual {
     /// Maximum and root mean square of one value a window; both not-a-number if any value is, or there is
     /// none.
     pub fn of(values: &[f64]) -> Self {
-        // `fold` with `f64::max` would drop a not-a-number, which has to be seen.
-        let max =
-            values.iter().fold(f64::NEG_INFINITY, |max, &v| if v > max || v.is_nan() { v } else { max });
-        let mean_square = values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64;
-        if mean_square.is_nan() {
-            return Self { max: f64::NAN, rms: f64::NAN };
-        }
-        Self { max, rms: mean_square.sqrt() }
+        let mut sum = ResidualSum::default();
+        values.iter().for_each(|&value| sum.add(value));
+        Self::from(&sum)
     }
 }
 
@@ -193,21 +193,28 @@ pub struct EnergyBalance {
     pub largest_rise_joules: f64,
 }
 
+impl From<&ResidualSum> for Residual {
+    fn from(sum: &ResidualSum) -> Self {
+        let mean_square = sum.squares / sum.count;
+        if mean_square.is_nan() {
+            return Self { max: f64::NAN, rms: f64::NAN };
+        }
+        Self { max: sum.max, rms: mean_square.sqrt() }
+    }
+}
+
+impl From<&EnergySum> for EnergyBalance {
+    fn from(sum: &EnergySum) -> Self {
+        Self { start_joules: sum.start, end_joules: sum.end, largest_rise_joules: sum.rise }
+    }
+}
+
 impl EnergyBalance {
     /// The balance of a history of the total in J; `None` if it is empty.
     pub fn of(total: &[f64]) -> Option<Self> {
-        let (&start, &end) = (total.first()?, total.last()?);
-        let mut lowest = start;
-        let mut rise = 0.0;
-        for &energy in total {
-            if energy.is_nan() {
-                rise = f64::NAN;
-                break;
-            }
-            lowest = energy.min(lowest);
-            rise = (energy - lowest).max(rise);
-        }
-        Some(Self { start_joules: start, end_joules: end, largest_rise_joules: rise })
+        let mut sum = EnergySum::new(*total.first()?);
+        total[1..].iter().for_each(|&energy| sum.add(energy));
+        Some(Self::from(&sum))
     }
 }
 
@@ -248,18 +255,23 @@ pub struct Extremes {
 impl Extremes {
     /// Extremes of `values` at `times` (s), of one length; `None` if no value is a number.
     pub fn of(times: &[f64], values: &[f64]) -> Option<Self> {
-        let mut pairs = times.iter().zip(values).filter(|(_, value)| !value.is_nan());
-        let (&time, &value) = pairs.next()?;
-        let mut extremes = Self { max: value, max_time: time, min: value, min_time: time };
-        for (&time, &value) in pairs {
-            if value > extremes.max {
-                (extremes.max, extremes.max_time) = (value, time);
-            }
-            if value < extremes.min {
-                (extremes.min, extremes.min_time) = (value, time);
-            }
+        let mut extremes = None;
+        times.iter().zip(values).for_each(|(&time, &value)| Self::extend(&mut extremes, time, value));
+        extremes
+    }
+
+    /// Adds a value to the extremes so far, unless it is not a number.
+    pub fn extend(extremes: &mut Option<Self>, time: f64, value: f64) {
+        if value.is_nan() {
+            return;
         }
-        Some(extremes)
+        let found = extremes.get_or_insert(Self { max: value, max_time: time, min: value, min_time: time });
+        if value > found.max {
+            (found.max, found.max_time) = (value, time);
+        }
+        if value < found.min {
+            (found.min, found.min_time) = (value, time);
+        }
     }
 }
 
@@ -287,7 +299,7 @@ impl Summary {
     /// # Errors
     /// [`crate::Error::Read`] if the file cannot be read, [`crate::Error::Parse`] if it is no such JSON.
     pub fn read(path: &Path) -> Result<Self> {
-        let text = std::fs::read_to_string(path).map_err(read_error(path))?;
+        let text = files::read_text(path, files::WORDS).map_err(read_error(path))?;
         serde_json::from_str(&text).map_err(|error| parse_error(path, error.to_string()))
     }
 }

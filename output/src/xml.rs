@@ -1,8 +1,11 @@
 //! The five characters that XML and HTML keep for themselves.
 
-/// `text` as it may stand in an attribute or between tags.
+use words::text::tame;
+
+/// `text` as it may stand in an attribute or between tags, without control characters.
 pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
+    tame(text, usize::MAX)
+        .replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
         .replace('"', "&quot;")

@@ -1,31 +1,77 @@
 //! `meniscus check`.
 
-use super::{failed, say};
-use crate::arguments::CaseArguments;
+use super::{WRONG, say, tell};
+use crate::arguments::Check;
+use coupler::run::{Options, Solvers};
 use interfaces::Role;
 use interfaces::case::Case;
 use interfaces::case::participant::Start;
-use std::process::ExitCode;
+use output::report::short;
+use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
-/// Reports all mistakes of a case; without one, what would run.
-pub fn check(arguments: &CaseArguments) -> ExitCode {
-    let case = match super::load(arguments) {
+/// How long a unit may take to be loaded and instantiated.
+const PROBE: Duration = Duration::from_secs(20);
+/// How long the start of a run is measured.
+const MEASURED: Duration = Duration::from_secs(4);
+
+/// Reports all mistakes of a case; without one, what would run. The verdict comes last.
+pub fn check(arguments: &Check) -> ExitCode {
+    let case = match super::load(&arguments.case) {
         Ok(case) => case,
         Err(code) => return code,
     };
-    say(format_args!("{}: no mistakes found", case.general.title));
-    let roles = [Role::Fluid, Role::Structure];
-    for (role, start) in roles.into_iter().filter_map(|role| Some((role, case.start(role)?))) {
+    let mut mistakes = Vec::new();
+    for (role, start) in sides(&case) {
         match preview(&case, role, start) {
             Ok(lines) => {
                 for (what, value) in lines {
-                    say(format_args!("{role:<10} {what:<24} {value}"));
+                    say(format_args!("{:<10} {what:<24} {value}", role.to_string()));
                 }
             }
-            Err(error) => return failed(error),
+            Err(error) => mistakes.push(error),
+        }
+        mistakes.extend(missing(role, start));
+        if matches!(start, Start::Fmu(_)) && mistakes.is_empty() {
+            mistakes.extend(probe(arguments, role).err());
         }
     }
-    ExitCode::SUCCESS
+    if mistakes.is_empty() && arguments.time {
+        match measure(&case) {
+            Ok(line) => say(format_args!("{:<10} {:<24} {line}", "run", "wall time")),
+            Err(error) => mistakes.push(error),
+        }
+    }
+    if mistakes.is_empty() {
+        say(format_args!("{}: no mistakes found", case.general.title));
+        return ExitCode::SUCCESS;
+    }
+    let count = match mistakes.len() {
+        1 => "1 mistake".to_owned(),
+        n => format!("{n} mistakes"),
+    };
+    tell(format_args!("{}: {count}:\n  {}", arguments.case.case.display(), mistakes.join("\n  ")));
+    ExitCode::from(WRONG)
+}
+
+/// What a run of the case would start that cannot be started: one line each.
+pub fn preflight(case: &Case) -> Vec<String> {
+    let mut mistakes = Vec::new();
+    for (role, start) in sides(case) {
+        mistakes.extend(missing(role, start));
+        if matches!(start, Start::Fmu(_)) {
+            mistakes.extend(fmu_host::preview(case, role).err().map(|error| error.to_string()));
+        }
+    }
+    mistakes
+}
+
+fn sides(case: &Case) -> impl Iterator<Item = (Role, Start<'_>)> {
+    [Role::Fluid, Role::Structure].into_iter().filter_map(|role| Some((role, case.start(role)?)))
 }
 
 /// What would solve a side: pairs of what and value.
@@ -37,5 +83,133 @@ fn preview(case: &Case, role: Role, start: Start<'_>) -> Result<Vec<(String, Str
         (Start::Fmu(_), _) => fmu_host::preview(case, role).map_err(|e| e.to_string()),
         (Start::Command(words), _) => who("command", words.join(" ")),
         (Start::ByHand, _) => who("started", "by hand".to_owned()),
+    }
+}
+
+/// A program of the case that is not there.
+fn missing(role: Role, start: Start<'_>) -> Option<String> {
+    let Start::Command(words) = start else { return None };
+    let program = words.first()?;
+    let runs = |path: &Path| {
+        path.metadata().is_ok_and(|there| there.is_file() && there.permissions().mode() & 0o111 != 0)
+    };
+    let found = if program.contains('/') {
+        runs(Path::new(program))
+    } else {
+        std::env::var_os("PATH")
+            .is_some_and(|path| std::env::split_paths(&path).any(|at| runs(&at.join(program))))
+    };
+    let key = format!("{role}.participant.command");
+    (!found).then(|| {
+        format!("{key} = \"{program}\": there is no such program; write its path, or what PATH has of it")
+    })
+}
+
+/// Loads and instantiates the unit of a side in a process of its own, where it can do no harm.
+fn probe(arguments: &Check, role: Role) -> Result<(), String> {
+    let executable = std::env::current_exe().map_err(|error| error.to_string())?;
+    let file = std::path::absolute(&arguments.case.case).unwrap_or_else(|_| arguments.case.case.clone());
+    let mut command = Command::new(executable);
+    command.arg("probe-fmu").arg(role.to_string()).arg(file);
+    for setting in &arguments.case.set {
+        command.args(["--set", setting]);
+    }
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| error.to_string())?;
+    let deadline = Instant::now() + PROBE;
+    let status = loop {
+        match child.try_wait() {
+            Ok(Some(status)) => break status,
+            Ok(None) if Instant::now() < deadline => std::thread::sleep(Duration::from_millis(5)),
+            _ => {
+                let _ = child.kill();
+                let _ = child.wait();
+                let seconds = PROBE.as_secs();
+                return Err(format!(
+                    "{role}.participant.fmu: the unit was not instantiated within {seconds} s"
+                ));
+            }
+        }
+    };
+    if status.success() {
+        return Ok(());
+    }
+    let mut said = String::new();
+    if let Some(errors) = child.stderr.take() {
+        // What cannot be read is not told.
+        let _ = std::io::Read::read_to_string(&mut std::io::Read::take(errors, 1 << 16), &mut said);
+    }
+    let words = said.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it said nothing");
+    let words = words.trim_start_matches("error: ");
+    Err(format!("{role}.participant.fmu: the unit cannot be instantiated ({status}): {words}"))
+}
+
+/// The other side of [`probe`].
+pub fn probe_fmu(case: &Case, role: Role) -> Result<(), String> {
+    let folder = Scratch::new()?;
+    fmu_host::open(case, role, &folder.0).map(drop).map_err(|error| error.to_string())
+}
+
+/// Runs the case's beginning, and says what the whole would take at that pace.
+fn measure(case: &Case) -> Result<String, String> {
+    let folder = Scratch::new()?;
+    let executable = std::env::current_exe().map_err(|error| error.to_string())?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let options = Options {
+        out: folder.0.join("run"),
+        in_process: false,
+        quiet: true,
+        trace: false,
+        domain: None,
+        stop: Arc::clone(&stop),
+    };
+    let (send, ended) = std::sync::mpsc::channel::<()>();
+    let clock = std::thread::spawn(move || {
+        // The run ends by itself, or is told to.
+        let _ = ended.recv_timeout(MEASURED);
+        stop.store(true, Ordering::Relaxed);
+    });
+    let build = |role| super::solver(case, role, &folder.0);
+    let solvers = Solvers { in_process: &build, executable: &executable };
+    let (summary, result) = coupler::run::run(case, &options, &solvers);
+    drop(send);
+    let _ = clock.join();
+    match result {
+        Err(error) if !error.is_interruption() => return Err(error.to_string()),
+        _ => {}
+    }
+    if summary.windows == 0 {
+        let seconds = MEASURED.as_secs();
+        return Ok(format!("no window was solved within {seconds} s"));
+    }
+    let (windows, time) = (summary.windows, summary.simulated_seconds);
+    let whole = summary.wall_seconds * case.general.end_time / time;
+    Ok(format!(
+        "about {} s at the pace of the first {windows} windows (to t = {} s in {:.1} s); more as the fluid speeds up",
+        short(whole),
+        short(time),
+        summary.wall_seconds
+    ))
+}
+
+/// A folder for a moment.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new() -> Result<Self, String> {
+        let path = std::env::temp_dir().join(format!("meniscus-check-{}", interfaces::new_run()));
+        let made = std::fs::DirBuilder::new().mode(0o700).create(&path);
+        made.map(|()| Self(path)).map_err(|error| error.to_string())
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What cannot be removed is in a folder for passing files.
+        let _ = std::fs::remove_dir_all(&self.0);
     }
 }

@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod check;
 pub mod export_fmu;
+pub mod new;
 pub mod participant;
 pub mod report;
 pub mod run;
@@ -17,11 +18,14 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use words::text::tame;
 
 /// Something could not be done.
 pub const FAILED: u8 = 1;
 /// The case or the arguments are wrong.
 pub const WRONG: u8 = 2;
+/// Characters of a message on standard error at most: hundreds of mistakes.
+const MOST: usize = 100_000;
 /// Ended by Ctrl-C or SIGTERM, as shells report it.
 pub const INTERRUPTED: u8 = 130;
 
@@ -33,7 +37,7 @@ fn load(arguments: &CaseArguments) -> Result<Case, ExitCode> {
     let mut overrides = arguments.set.clone();
     overrides.extend(arguments.end_time.map(|t| format!("case.end_time={t:?}")));
     Case::load(&arguments.case, &overrides, &SECTIONS).map_err(|errors| {
-        eprintln!("{errors}");
+        tell(&errors);
         ExitCode::from(WRONG)
     })
 }
@@ -50,7 +54,7 @@ fn solver(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>> {
 fn set_threads(case: &Case) {
     // It fails if the pool stands already: it then has the threads of the first call, which no result depends
     // on.
-    let _ = rayon::ThreadPoolBuilder::new().num_threads(case.general.threads).build_global();
+    let _ = rayon::ThreadPoolBuilder::new().num_threads(coupler::run::threads(case)).build_global();
 }
 
 /// A flag that Ctrl-C, SIGTERM and the terminal's end (SIGHUP, unless `nohup` had it ignored) set; a second
@@ -77,11 +81,16 @@ fn is_ignored(signal: i32) -> bool {
 }
 
 fn failed(what: impl std::fmt::Display) -> ExitCode {
-    eprintln!("error: {what}");
+    tell(format_args!("error: {what}"));
     ExitCode::from(FAILED)
+}
+
+/// Tells the user on standard error, in words that steer no terminal.
+fn tell(what: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "{}", tame(&what.to_string(), MOST));
 }
 
 /// Prints a line for the user. One who closed the pipe does not want it: that is no error.
 fn say(line: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+    let _ = writeln!(std::io::stdout(), "{}", tame(&line.to_string(), usize::MAX));
 }

@@ -2,7 +2,7 @@
 //! coupler.
 
 use super::{WRONG, failed};
-use crate::arguments::{Fmu, Join, Mock, Solver};
+use crate::arguments::{CaseArguments, Fmu, Join, Mock, Solver};
 use interfaces::case::Case;
 use interfaces::{Address, Participant, Role};
 use std::path::Path;
@@ -29,6 +29,18 @@ pub fn fmu(arguments: &Fmu) -> ExitCode {
     })
 }
 
+/// Loads and instantiates the unit that the case has for a side.
+pub fn probe(arguments: &CaseArguments, role: Role) -> ExitCode {
+    let case = match super::load(arguments) {
+        Ok(case) => case,
+        Err(code) => return code,
+    };
+    match super::check::probe_fmu(&case, role) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failed(error),
+    }
+}
+
 /// Serves a mock partner.
 pub fn mock(arguments: &Mock) -> ExitCode {
     let participant = match partners::MockSpec::from_words(&arguments.words).and_then(|spec| spec.build()) {
@@ -48,7 +60,7 @@ fn serve(
     let case = match Case::load(case_file, &[], &super::SECTIONS) {
         Ok(case) => case,
         Err(errors) => {
-            eprintln!("{errors}");
+            super::tell(&errors);
             return ExitCode::from(WRONG);
         }
     };

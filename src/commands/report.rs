@@ -1,14 +1,15 @@
 //! `meniscus report`.
 
-use super::{failed, say};
+use super::{failed, say, tell};
 use crate::arguments::Report;
 use std::process::ExitCode;
 
 /// Makes the report of a run's outputs.
 pub fn report(arguments: &Report) -> ExitCode {
     match output::report::write_report(&arguments.dir) {
-        Ok(page) => {
-            say(format_args!("{}", page.display()));
+        Ok(report) => {
+            say(format_args!("{}", report.page.display()));
+            report.notes.iter().for_each(|note| tell(format_args!("warning: {note}")));
             ExitCode::SUCCESS
         }
         Err(error) => failed(error),

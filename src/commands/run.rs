@@ -3,7 +3,6 @@
 use super::{FAILED, INTERRUPTED, WRONG, failed, say};
 use crate::arguments::Run;
 use coupler::run::{Options, RunError, Solvers};
-use interfaces::Role;
 use interfaces::case::Case;
 use output::summary::{Extremes, Status, Summary};
 use std::path::{Path, PathBuf};
@@ -16,14 +15,10 @@ pub fn run(arguments: &Run) -> ExitCode {
         Err(code) => return code,
     };
     // What does not fit is said before anything is started or emptied.
-    for role in [Role::Fluid, Role::Structure] {
-        if fmu_host::participant::unit_of(&case, role).is_none() {
-            continue;
-        }
-        if let Err(error) = fmu_host::preview(&case, role) {
-            eprintln!("error: {error}");
-            return ExitCode::from(WRONG);
-        }
+    let mistakes = super::check::preflight(&case);
+    if !mistakes.is_empty() {
+        super::tell(format_args!("error: {}", mistakes.join("\n  ")));
+        return ExitCode::from(WRONG);
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.case.case));
     let (executable, stop) = match (std::env::current_exe(), super::stop_flag()) {
@@ -49,17 +44,20 @@ pub fn run(arguments: &Run) -> ExitCode {
     }
     print_end(&case, &summary, &out);
     match (&result, summary.status) {
-        (Err(error), Status::Interrupted) => eprintln!("interrupted: {error}"),
-        (Err(error), _) => eprintln!("error: {error}"),
+        (Err(error), Status::Interrupted) => super::tell(format_args!("interrupted: {error}")),
+        (Err(error), _) => super::tell(format_args!("error: {error}")),
         (Ok(()), _) => {}
     }
     // Before the first window there is nothing to report on.
     if !arguments.no_report && summary.windows > 0 {
         match output::report::write_report(&out) {
-            Ok(page) => say(format_args!("report      {}", page.display())),
+            Ok(report) => {
+                say(format_args!("report      {}", report.page.display()));
+                report.notes.iter().for_each(|note| super::tell(format_args!("warning: {note}")));
+            }
             // A run that failed keeps its own exit code.
             Err(error) if summary.status == Status::Completed => return failed(error),
-            Err(error) => eprintln!("warning: {error}"),
+            Err(error) => super::tell(format_args!("warning: {error}")),
         }
     }
     match summary.status {
@@ -83,16 +81,23 @@ fn default_folder(case: &Path) -> PathBuf {
 fn print_end(case: &Case, summary: &Summary, out: &Path) {
     say(&case.general.title);
     let Summary { windows, simulated_seconds, wall_seconds, .. } = summary;
-    let status = summary.status.word();
-    say(format_args!("{status:<12}{windows} windows to t = {simulated_seconds:.6} s in {wall_seconds:.1} s"));
+    let (status, time) = (summary.status.word(), short(*simulated_seconds));
+    say(format_args!("{status:<12}{windows} windows to t = {time} s in {wall_seconds:.1} s"));
     if let (Status::Completed, Some(message)) = (summary.status, &summary.message) {
         say(format_args!("ended       early: {message}"));
     }
-    print_times(summary);
-    for (probe, extremes) in &summary.probes {
-        let Extremes { min, min_time, max, max_time } = extremes;
-        say(format_args!("{probe:<12}from {min:.6} (t = {min_time:.4} s) to {max:.6} (t = {max_time:.4} s)"));
+    if let Some(iterations) = summary.iterations.as_ref().filter(|found| found.not_converged > 0) {
+        say(format_args!(
+            "warning     {} of {windows} windows did not converge: their results are those of the last iteration; raise \
+             coupling.convergence.max_iterations, or see iterations.csv",
+            iterations.not_converged
+        ));
     }
+    for note in &summary.notes {
+        say(format_args!("note        {note}"));
+    }
+    print_times(summary);
+    print_probes(summary, out);
     if let Some(condition) = &summary.condition_46 {
         let (before, after) = (condition.before.max, condition.after.max);
         say(format_args!(
@@ -100,6 +105,22 @@ fn print_end(case: &Case, summary: &Summary, out: &Path) {
         ));
     }
     say(format_args!("outputs     {}", out.display()));
+}
+
+/// The extremes of each probe, with four digits and units, in columns.
+fn print_probes(summary: &Summary, out: &Path) {
+    // Without the file there are no units, and the numbers still say something.
+    let units = output::columns::read(out).unwrap_or_default().remove("probes.csv").unwrap_or_default();
+    let widest = summary.probes.keys().map(|probe| probe.chars().count()).max().unwrap_or(0).max(10) + 2;
+    for (probe, Extremes { min, min_time, max, max_time }) in &summary.probes {
+        let unit = match units.get(probe).map_or("1", |content| content.unit.as_str()) {
+            "1" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let (min, max) = (short(*min), short(*max));
+        let (first, last) = (short(*min_time), short(*max_time));
+        say(format_args!("{probe:<widest$}from {min}{unit} (t = {first} s) to {max}{unit} (t = {last} s)"));
+    }
 }
 
 /// Who computed and waited, and what the coupler did.
@@ -115,4 +136,9 @@ fn print_times(summary: &Summary) {
     for (index, (phase, seconds)) in coupler::run::phases(summary).into_iter().enumerate() {
         row(if index == 0 { "coupler" } else { "" }, seconds, phase);
     }
+}
+
+/// Four significant digits, in the signs of a terminal.
+fn short(value: f64) -> String {
+    output::report::short(value).replace('−', "-")
 }

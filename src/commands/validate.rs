@@ -15,7 +15,7 @@ pub fn validate(arguments: &Validate) -> ExitCode {
     let studies = match study::find(&arguments.cases, suite, arguments.case.as_deref()) {
         Ok(studies) => studies,
         Err(error) => {
-            eprintln!("error: {error}");
+            super::tell(format_args!("error: {error}"));
             return ExitCode::from(WRONG);
         }
     };
@@ -33,7 +33,7 @@ pub fn validate(arguments: &Validate) -> ExitCode {
     };
     let tell = |line: &str| {
         if !arguments.quiet {
-            eprintln!("{line}");
+            super::tell(line);
         }
     };
     let results = match validation::run(studies, &options, &super::solver, &tell) {
@@ -43,7 +43,7 @@ pub fn validate(arguments: &Validate) -> ExitCode {
             return ExitCode::from(INTERRUPTED);
         }
         Err(error @ Error::Case { .. }) => {
-            eprintln!("error: {error}");
+            super::tell(format_args!("error: {error}"));
             return ExitCode::from(WRONG);
         }
         Err(error) => return failed(error),

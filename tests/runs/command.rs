@@ -169,8 +169,7 @@ fn a_run_says_how_it_went_and_reports() {
     // No bar where standard error is no terminal.
     assert_eq!(ended.errors, "");
     let outputs = bench.outputs("out");
-    for word in
-        ["completed", "windows to t = 0.020000 s", "fluid", "structure", "tip.ux", "(46)", "report.html"]
+    for word in ["completed", "windows to t = 0.02 s", "fluid", "structure", "tip.ux", "(46)", "report.html"]
     {
         assert!(ended.text.contains(word), "{word}: {}", ended.text);
     }
@@ -227,8 +226,8 @@ fn a_mock_stands_on_either_side_of_a_solver() {
     let probes = outputs.table("probes.csv");
     assert!(probes.get("tank.fx").is_some() && probes.get("tip.ux").is_none());
 
-    // A constant load on the real structure: 100 kPa/m on 0.005 m x 0.079 m push with 39.5 N, and with as much for
-    // their length on the three rows that are fixed above, of 0.079 m/32 each.
+    // A constant load on the real structure: 100 kPa/m on 0.005 m x 0.079 m push with 39.5 N, and with as
+    // much for their length on the three rows that are fixed above, of 0.079 m/32 each.
     let load = mock(Role::Fluid, "constant gradient=-1e5,0");
     let ended = bench.start_run("loaded", &[&COARSE, ["--set", &load].as_slice()].concat()).wait();
     assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
@@ -436,4 +435,85 @@ velocity = [0.0, -20.0]
     let out = bench.path("counted").display().to_string();
     let ended = bench.call(&["run", &case, "--in-process", "--set", counted, "--out", &out]);
     assert_eq!(ended.status.code(), Some(0), "{}{}", ended.text, ended.errors);
+}
+
+/// Every template is a case without a mistake, which runs.
+#[test]
+fn new_cases_are_sound_and_run() {
+    let bench = Bench::new();
+    for template in ["dam-break", "tank", "plate", "coupled"] {
+        let folder = bench.path(template).display().to_string();
+        let ended = bench.call(&["new", &folder, "--template", template]);
+        assert_eq!(ended.status.code(), Some(0), "{template}: {}", ended.errors);
+        let ended = bench.call(&["check", &folder]);
+        assert_eq!(ended.status.code(), Some(0), "{template}: {}", ended.errors);
+        assert!(
+            ended.text.trim_end().ends_with(": no mistakes found"),
+            "the verdict is last: {}",
+            ended.text
+        );
+        let out = format!("{template}-out");
+        let ended = bench.start_run(&out, &[&folder, "--end-time", "0.0007", "--no-report"]).wait();
+        assert_eq!(ended.status.code(), Some(0), "{template}: {}", ended.errors);
+        // The end is before the first output: there is one, at the end.
+        let windows = bench.outputs(&out).table("windows.csv");
+        assert_eq!(windows.get("time").and_then(|times| times.last()), Some(&0.0007));
+    }
+    let folder = bench.path("plate").display().to_string();
+    let ended = bench.call(&["new", &folder]);
+    assert_eq!(ended.status.code(), Some(1), "a case that is there is not overwritten");
+}
+
+/// What a run cannot start is told by `check`, and by the run before it starts anything.
+#[test]
+fn check_and_run_agree_on_what_cannot_start() {
+    let bench = Bench::new();
+    let folder = bench.path("coupled").display().to_string();
+    bench.call(&["new", &folder, "--template", "coupled"]);
+    for program in ["no-such-solver-anywhere", "/no/such/solver", "/etc"] {
+        let setting = format!("structure.participant={{ command = [\"{program}\"] }}");
+        let out = bench.path("out").display().to_string();
+        for words in [&["check"][..], &["run", "--out", &out]] {
+            let ended = bench.call(&[words, &[&folder, "--set", &setting]].concat());
+            assert_eq!(ended.status.code(), Some(2), "{}", ended.errors);
+            let named = format!("structure.participant.command = \"{program}\": there is no such program");
+            assert!(ended.errors.contains(&named), "{}", ended.errors);
+            assert!(!ended.text.contains("no mistakes"), "{}", ended.text);
+        }
+    }
+    let ended = bench.call(&["check", &folder, "--time", "--end-time", "0.01"]);
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    assert!(ended.text.contains("wall time") && ended.text.contains("windows"), "{}", ended.text);
+}
+
+/// A place without water has no value: an empty cell, and nothing in the summary.
+#[test]
+fn probes_without_water_say_nothing() {
+    let bench = Bench::new();
+    let folder = bench.path("dam").display().to_string();
+    bench.call(&["new", &folder]);
+    let file = bench.path("dam").join("case.toml");
+    let mut text = fs::read_to_string(&file).expect("a case");
+    for (name, rest) in [
+        ("dry", "quantity = \"pressure\"\nat = [0.9, 0.9]"),
+        ("speed", "quantity = \"velocity\"\nat = [0.9, 0.9]"),
+        ("box", "quantity = \"extent\"\nbox = { low = [0.8, 0.8], high = [1.0, 1.0] }"),
+        ("middle", "quantity = \"centroid\"\nbox = { low = [0.8, 0.8], high = [1.0, 1.0] }"),
+        ("spread", "quantity = \"spread\"\nbox = { low = [0.8, 0.8], high = [1.0, 1.0] }"),
+    ] {
+        text.push_str(&format!("\n[[probe]]\nname = \"{name}\"\non = \"fluid\"\n{rest}\n"));
+    }
+    fs::write(&file, text).expect("a case");
+    let ended = bench.start_run("out", &[&folder, "--end-time", "0.002"]).wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    let outputs = bench.outputs("out");
+    let probes = outputs.table("probes.csv");
+    for name in ["dry.p", "speed.vx", "speed.vy", "box.x_min", "middle.x", "spread.x"] {
+        let found = probes.iter().find(|(column, _)| column.split('.').next() == name.split('.').next());
+        let (column, values) = found.expect("a column");
+        assert!(values.iter().all(|value| value.is_nan()), "{column}: {values:?}");
+        assert!(!outputs.summary().probes.contains_key(column));
+    }
+    let text = fs::read_to_string(bench.path("out").join("probes.csv")).expect("a table");
+    assert!(!text.contains("NaN") && text.lines().last().is_some_and(|line| line.ends_with(",,")), "{text}");
 }

@@ -298,8 +298,14 @@ fn whatever_a_participant_does_wrong_is_named() {
 fn who_cannot_be_started_leaves_nobody_behind() {
     let bench = Bench::new();
     for victim in [Role::Fluid, Role::Structure] {
+        // A program that the system finds and cannot start: of no format that it knows.
+        let program = bench.path("solver");
+        std::fs::write(&program, [0x7f, b'E', b'L', b'F', 0]).expect("a file");
+        let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
+        std::fs::set_permissions(&program, mode).expect("a mode");
+        let program = program.display().to_string();
         for (command, words) in [
-            ("/no/such/solver", ["with `/no/such/solver`", "No such file"].as_slice()),
+            (program.as_str(), ["failed to start", &program].as_slice()),
             ("false", &["while shaking hands", "exit code 1"]),
         ] {
             let set = format!("{victim}.participant.command=[\"{command}\"]");
@@ -353,4 +359,124 @@ fn another_run_at_the_same_time_is_undisturbed() {
     drop(other);
     // The last to end removes what the killed left.
     bench.coarse_gate("last", &[]);
+}
+
+/// Two mocks, ten thousand windows under an implicit scheme.
+const MANY_WINDOWS: &str = r#"
+[case]
+title = "Many windows"
+dimension = 2
+end_time = 1.0
+output_interval = 0.5
+particle_spacing = 0.01
+
+[fluid]
+density = 1000.0
+kinematic_viscosity = 1e-6
+domain = { low = [0.0, 0.0], high = [1.0, 1.0] }
+participant = { command = ["MENISCUS", "mock", "constant", "gradient=0,1e3"] }
+
+[structure]
+material = { law = "saint-venant-kirchhoff", youngs_modulus = 1e6, poisson_ratio = 0.3, density = 1000.0 }
+participant = { command = ["MENISCUS", "mock", "spring-mass", "stiffness=400"] }
+
+[coupling]
+scheme = "serial-implicit"
+max_window = 1e-4
+"#;
+
+/// A disk that takes no more: a limit on the size of files stands in for it, which cuts a write where it is
+/// reached. All tables end in whole rows with the same window, and the summary says why.
+#[test]
+fn a_full_disk_leaves_whole_tables_of_one_length_and_a_summary() {
+    let bench = Bench::new();
+    let case = bench.path("case.toml");
+    std::fs::write(&case, MANY_WINDOWS.replace("MENISCUS", crate::support::MENISCUS)).expect("a case");
+    let out = bench.path("out");
+    let command = format!(
+        "trap '' XFSZ; ulimit -f 200; exec {} run {} --out {} --no-report",
+        crate::support::MENISCUS,
+        case.display(),
+        out.display()
+    );
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", &command]).env("MENISCUS_DOMAIN", &bench.domain);
+    let ended = Running::spawn(shell, &bench.path("printed")).wait();
+    let outputs = failed_in_order(&bench, "out", &ended, &["failed to record window", "windows.csv"]);
+    let summary = outputs.summary();
+    let windows = outputs.table("windows.csv");
+    assert!(windows.rows() > 100, "{}", windows.rows());
+    for file in ["windows.csv", "iterations.csv"] {
+        let text = std::fs::read_to_string(out.join(file)).expect("a table");
+        assert!(text.ends_with('\n'), "{file} ends with {:?}", text.lines().last());
+        let table = outputs.table(file);
+        let last = table.get("window").and_then(|column| column.last()).expect("rows");
+        assert_eq!(*last, windows.rows() as f64 - 1.0, "{file}");
+    }
+    assert!(summary.windows >= windows.rows() as u64, "{}", summary.windows);
+    assert!(!out.join(".room").exists());
+}
+
+/// The shared memory of a container that is nearly full, of a few sizes; only root can have one of its own.
+#[test]
+fn shared_memory_that_is_full_is_named_with_its_size() {
+    for kilobytes in [4, 16, 64, 256] {
+        let bench = Bench::new();
+        let out = bench.path("out");
+        let command = format!(
+            "mount -t tmpfs -o size={kilobytes}k tmpfs /dev/shm || exit 77; exec {} run {} --out {}",
+            crate::support::MENISCUS,
+            COARSE.join(" "),
+            out.display()
+        );
+        let mut shell = std::process::Command::new("unshare");
+        shell.args(["-m", "sh", "-c", &command]).env("MENISCUS_DOMAIN", &bench.domain);
+        shell.current_dir(env!("CARGO_MANIFEST_DIR"));
+        let ended = Running::spawn(shell, &bench.path("printed")).wait();
+        if ended.status.code() == Some(77) || ended.errors.contains("unshare failed") {
+            eprintln!("not looked at: no file system can be mounted here");
+            return;
+        }
+        assert_eq!(ended.status.code(), Some(1), "{kilobytes} kB: {}", ended.errors);
+        assert!(ended.errors.contains("/dev/shm is full"), "{kilobytes} kB: {}", ended.errors);
+        assert!(ended.errors.contains(" kB are free"), "{kilobytes} kB: {}", ended.errors);
+    }
+}
+
+/// A coupler that is killed takes all that it started with it: participants in the middle of a long window,
+/// programs of another make that never look, and what those started.
+#[test]
+fn whoever_outlives_a_killed_coupler_is_ended() {
+    let bench = Bench::new();
+    let number = bench.path("number");
+    let script = format!("sleep 300 & echo $! > {}; exec sleep 300", number.display());
+    let setting = format!("structure.participant={{ command = [\"sh\", \"-c\", \"{script}\"] }}");
+    let run = bench.start_run("out", &[&COARSE, ["--set", &setting].as_slice()].concat());
+    let others = [Role::Fluid, Role::Structure].map(|role| run.participant(role));
+    let grandchild = until("the grandchild", || {
+        Pid::from_raw(std::fs::read_to_string(&number).ok()?.trim().parse().ok()?)
+    });
+    run.signal(Signal::KILL);
+    for process in others.into_iter().chain([grandchild]) {
+        until("its end", || gone(process).then_some(()));
+    }
+    until("an empty shared memory", || bench.left().is_empty().then_some(()));
+}
+
+/// What happens after the last answer is part of the run.
+#[test]
+fn a_participant_that_ends_badly_after_its_last_answer_is_told() {
+    let bench = Bench::new();
+    let script = format!("{} mock spring-mass stiffness=400; exit 7", crate::support::MENISCUS);
+    let case = bench.path("case.toml");
+    let text = MANY_WINDOWS
+        .replace(
+            "\"MENISCUS\", \"mock\", \"spring-mass\", \"stiffness=400\"",
+            &format!("\"sh\", \"-c\", \"{script}\""),
+        )
+        .replace("MENISCUS", crate::support::MENISCUS)
+        .replace("end_time = 1.0", "end_time = 0.01");
+    std::fs::write(&case, text).expect("a case");
+    let ended = bench.start_run("out", &[&case.display().to_string(), "--no-report"]).wait();
+    failed_in_order(&bench, "out", &ended, &["the structure failed after its last answer", "exit code 7"]);
 }

@@ -1,5 +1,5 @@
 //! What several rooms have to spell alike, once: words that a case and a solver both know, names of balances,
-//! and states as bytes.
+//! states as bytes, and what text from outside may hold.
 //!
 //! This room knows no other, and any may know it.
 
@@ -9,3 +9,4 @@ pub mod coupling;
 pub mod geometry;
 pub mod motion;
 pub mod probe;
+pub mod text;

@@ -2,10 +2,17 @@
 
 use crate::Error;
 use crate::description::{Description, Version};
-use std::fs::File;
-use std::io::Read as _;
+use std::fs::{self, File};
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 use zip::ZipArchive;
+
+/// Files of an archive at most.
+const MOST_FILES: usize = 20_000;
+/// Bytes of all files of an archive, unpacked, at most.
+const MOST_BYTES: u64 = 2 << 30;
+/// Bytes of a model description at most.
+const DESCRIPTION: u64 = 64 << 20;
 
 /// An archive that was opened and not unpacked yet.
 pub struct Archive {
@@ -31,8 +38,13 @@ impl Archive {
     /// No such file, or no zip file.
     pub fn open(file: &Path) -> Result<Self, Error> {
         let failed = |what: String| Error::Archive { file: file.to_owned(), what };
-        let opened = File::open(file).map_err(|error| failed(error.to_string()))?;
+        // Resolved: whoever names a unit may name a link to it, but no device.
+        let whole = file.canonicalize().map_err(|error| failed(error.to_string()))?;
+        let opened = output::files::open(&whole, u64::MAX).map_err(|error| failed(error.to_string()))?;
         let zip = ZipArchive::new(opened).map_err(|error| failed(error.to_string()))?;
+        if zip.len() > MOST_FILES {
+            return Err(failed(format!("it has {} files, and {MOST_FILES} are unpacked at most", zip.len())));
+        }
         Ok(Self { file: file.to_owned(), zip })
     }
 
@@ -47,8 +59,12 @@ impl Archive {
     /// There is none, or it is not one of a unit for co-simulation.
     pub fn description(&mut self) -> Result<Description, Error> {
         let mut text = String::new();
-        let read = self.zip.by_name("modelDescription.xml").map_err(std::io::Error::from);
-        read.and_then(|mut entry| entry.read_to_string(&mut text))
+        let read = self.zip.by_name("modelDescription.xml").map_err(io::Error::from);
+        read.and_then(|entry| entry.take(DESCRIPTION + 1).read_to_string(&mut text))
+            .and_then(|length| match length as u64 > DESCRIPTION {
+                true => Err(io::Error::other(format!("it has more than {DESCRIPTION} bytes"))),
+                false => Ok(()),
+            })
             .map_err(|error| Error::Description { file: self.file.clone(), what: error.to_string() })?;
         Description::parse(&text).map_err(|what| Error::Description { file: self.file.clone(), what })
     }
@@ -83,18 +99,44 @@ impl Archive {
             resources: folder.join("resources"),
             folder: folder.clone(),
         };
-        let made = std::fs::create_dir_all(&folder).map_err(|error| error.to_string());
-        // It refuses entries that would lead out of the folder.
-        made.and_then(|()| self.zip.extract(&folder).map_err(|error| error.to_string()))
-            .map_err(|what| Error::Archive { file: self.file.clone(), what })?;
+        self.extract(&folder).map_err(|what| Error::Archive { file: self.file.clone(), what })?;
         Ok(unpacked)
+    }
+
+    /// Writes all files below the folder, which is made anew; refuses those that would lead out of it, links,
+    /// and more bytes than any unit has, whatever the archive says of their number.
+    fn extract(&mut self, folder: &Path) -> Result<(), String> {
+        let told = |error: io::Error| error.to_string();
+        match fs::remove_dir_all(folder) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(told(error)),
+            _ => {}
+        }
+        output::files::folder(folder).map_err(told)?;
+        let mut room = MOST_BYTES;
+        for index in 0..self.zip.len() {
+            let mut entry = self.zip.by_index(index).map_err(|error| error.to_string())?;
+            let name = entry.name().to_owned();
+            let inside = entry.enclosed_name().filter(|_| !entry.is_symlink());
+            let path = folder.join(inside.ok_or_else(|| format!("`{name}` leads out of the folder"))?);
+            if entry.is_dir() {
+                fs::create_dir_all(&path).map_err(told)?;
+                continue;
+            }
+            path.parent().map_or(Ok(()), fs::create_dir_all).map_err(told)?;
+            let mut file = output::files::create(&path).map_err(told)?;
+            let written = io::copy(&mut entry.by_ref().take(room + 1), &mut file).map_err(told)?;
+            room = room.checked_sub(written).ok_or_else(|| {
+                format!("unpacked it has more than the {MOST_BYTES} bytes that are taken, up to `{name}`")
+            })?;
+        }
+        Ok(())
     }
 }
 
 impl Drop for Unpacked {
     fn drop(&mut self) {
         // What cannot be removed now is removed by the next run into these outputs.
-        let _ = std::fs::remove_dir_all(&self.folder);
+        let _ = fs::remove_dir_all(&self.folder);
     }
 }
 

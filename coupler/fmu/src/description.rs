@@ -1,7 +1,7 @@
 //! `modelDescription.xml`, as far as a participant needs it: what the unit can do, and its variables.
 
 use roxmltree::{Document, Node};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// Version of the standard.
@@ -117,6 +117,46 @@ pub struct Description {
     pub variable_steps: bool,
     /// The variables; an alias is one of its own.
     pub variables: Vec<Variable>,
+    /// What its units are in SI units, as far as it says.
+    pub units: BTreeMap<String, BaseUnit>,
+}
+
+/// A unit in SI units: a product of powers, and a factor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BaseUnit {
+    /// Exponents of kg, m and s, and of others that are none of a coupling's.
+    pub exponents: [i32; 4],
+    /// How many SI units it is.
+    pub factor: f64,
+    /// What is added; not 0 for temperatures alone.
+    pub offset: f64,
+}
+
+impl BaseUnit {
+    /// How many of the SI unit `wanted` of a field it is, where it is one.
+    pub fn factor_to(&self, wanted: &str) -> Option<f64> {
+        let exponents = match wanted {
+            "1" => [0, 0, 0, 0],
+            "m" => [0, 1, 0, 0],
+            "m3" => [0, 3, 0, 0],
+            "m/s" => [0, 1, -1, 0],
+            "kg/m3" => [1, -3, 0, 0],
+            "Pa" => [1, -1, -2, 0],
+            "Pa/m" => [1, -2, -2, 0],
+            "N" => [1, 1, -2, 0],
+            _ => return None,
+        };
+        let fits = self.exponents == exponents && self.offset == 0.0;
+        (fits && self.factor.is_finite() && self.factor > 0.0).then_some(self.factor)
+    }
+}
+
+impl fmt::Display for BaseUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [kg, m, s, others] = self.exponents;
+        write!(f, "{:e} kg^{kg} m^{m} s^{s}", self.factor)?;
+        if others != 0 { write!(f, " and more") } else { Ok(()) }
+    }
 }
 
 impl Description {
@@ -150,6 +190,7 @@ impl Description {
             serializes_state: is_true(step, serialize),
             variable_steps: is_true(step, "canHandleVariableCommunicationStepSize"),
             variables: variables(root, version)?,
+            units: units(root),
         })
     }
 
@@ -193,7 +234,35 @@ fn variables(root: Node, version: Version) -> Result<Vec<Variable>, String> {
         }
         variables.push(variable);
     }
-    Ok(variables)
+    let mut names = BTreeSet::new();
+    match variables.iter().find(|variable| !names.insert(&variable.name)) {
+        Some(twice) => Err(format!("two variables have the name `{}`", twice.name)),
+        None => Ok(variables),
+    }
+}
+
+/// Those of `UnitDefinitions` that say what they are in SI units.
+fn units(root: Node) -> BTreeMap<String, BaseUnit> {
+    let definitions = child(root, "UnitDefinitions").into_iter().flat_map(|list| list.children());
+    definitions
+        .filter_map(|definition| {
+            let base = child(definition, "BaseUnit")?;
+            let exponent = |name: &str| base.attribute(name).map_or(Some(0), |text| text.trim().parse().ok());
+            let number = |name: &str, usual: f64| {
+                base.attribute(name).map_or(Some(usual), |text| text.trim().parse().ok())
+            };
+            let mut others = 0_i32;
+            for name in ["A", "K", "mol", "cd", "rad"] {
+                others = others.checked_add(i32::checked_abs(exponent(name)?)?)?;
+            }
+            let unit = BaseUnit {
+                exponents: [exponent("kg")?, exponent("m")?, exponent("s")?, others],
+                factor: number("factor", 1.0)?,
+                offset: number("offset", 0.0)?,
+            };
+            Some((definition.attribute("name")?.to_owned(), unit))
+        })
+        .collect()
 }
 
 fn dimensions(variable: Node, name: &str) -> Result<Vec<Dimension>, String> {

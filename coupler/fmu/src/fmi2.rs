@@ -3,20 +3,20 @@
 
 #![expect(unsafe_code, reason = "C functions, called through pointers")]
 
+mod logger;
+
 use crate::Error;
 use crate::archive::Unpacked;
 use crate::description::{Description, Type, Variable, Version};
-use crate::unit::{Common, Handle, Instance, Stepped, Teller, c_text, hear, not_wired, numbers};
+use crate::unit::{Common, Handle, Instance, Stepped, Teller, c_text, not_wired, numbers};
 use interfaces::case::unit::ParameterValue;
 use libloading::Library;
 use std::ffi::{c_char, c_void};
 use std::path::Path;
 use std::ptr::null;
 
-/// The standard's logger takes further arguments for the places in its message, which this one leaves
-/// unfilled: C lets a function be called with more arguments than it takes where those it takes are passed
-/// alike, as on all platforms with binaries for FMI 2.0.
-type Log = unsafe extern "C" fn(*mut c_void, *const c_char, i32, *const c_char, *const c_char);
+/// The standard's logger.
+type Log = *const c_void;
 type Instantiate = unsafe extern "C" fn(
     *const c_char,
     i32,
@@ -63,17 +63,6 @@ pub struct Unit {
     _callbacks: Box<Callbacks>,
 }
 
-unsafe extern "C" fn log(
-    environment: *mut c_void,
-    _instance: *const c_char,
-    status: i32,
-    _category: *const c_char,
-    message: *const c_char,
-) {
-    // SAFETY: the unit hands back the environment it was given, and a text.
-    unsafe { hear(environment, status, message) };
-}
-
 impl Unit {
     /// Instantiates it.
     pub fn new(
@@ -93,7 +82,7 @@ impl Unit {
             (functions, teller.function::<Instantiate>(library, "fmi2Instantiate")?)
         };
         let callbacks = Box::new(Callbacks {
-            logger: log,
+            logger: logger::pointer(),
             allocate: calloc,
             free,
             step_finished: null(),

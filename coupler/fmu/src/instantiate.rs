@@ -5,7 +5,7 @@
 use crate::Error;
 use crate::archive::Unpacked;
 use crate::description::{Description, Version};
-use crate::unit::{Instance, Teller};
+use crate::unit::{Instance, Teller, reason};
 use crate::{fmi2, fmi3};
 use libloading::Library;
 use std::path::Path;
@@ -22,7 +22,7 @@ pub fn instantiate(
     let failed = |what: String| Error::Library { file: file.to_owned(), what };
     // SAFETY: opening a library runs its initialisers. That foreign code does as it likes is why a unit has a
     // process of its own.
-    let library = unsafe { Library::new(&unpacked.library) }.map_err(|error| failed(error.to_string()))?;
+    let library = unsafe { Library::new(&unpacked.library) }.map_err(|error| failed(reason(&error)))?;
     // It stays open as long as the process: a unit may have threads of its own, which outlive an instance.
     let library: &'static Library = Box::leak(Box::new(library));
     let teller = Teller::new(file);

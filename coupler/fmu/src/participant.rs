@@ -37,9 +37,6 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
     scalars.push(
         Scalar::new(END_REQUESTED, "1", ScalarKind::Balance).meaning("whether the unit asks for the end"),
     );
-    for note in &wiring.notes {
-        eprintln!("note: {note}");
-    }
     Ok(Box::new(UnitParticipant {
         description: Description {
             role,
@@ -47,6 +44,7 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
             dimension: case.general.dimension,
             ports: wiring.wires.iter().map(|wire| wire.port.clone()).collect(),
             scalars,
+            notes: wiring.notes.clone(),
         },
         instance: Some(instance),
         _unpacked: unpacked,
@@ -62,6 +60,9 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
         left_accepted: false,
         step_size: None,
         solved: None,
+        last_input: None,
+        last_output: None,
+        repeated: 0,
         time: 0.0,
         reference: Vec::new(),
         snapshots,
@@ -88,7 +89,7 @@ pub fn preview(case: &Case, role: Role) -> Result<Vec<(String, String)>, Error> 
             format!("{}, {}", described.keeps_state, described.serializes_state),
         ),
     ];
-    for Wire { port, values } in &wiring.wires {
+    for Wire { port, values, .. } in &wiring.wires {
         let arrow = if port.direction == Direction::In { "takes" } else { "gives" };
         let how = match values {
             Values::Variables(references) => format!("{} variable(s)", references.len()),
@@ -112,6 +113,12 @@ pub fn unit_of(case: &Case, role: Role) -> Option<Unit<'_>> {
     }
 }
 
+/// Windows of which the first solution is taken twice.
+const REPEATED: u32 = 3;
+/// Largest difference of a repeated solution, over the largest value: a unit's own solver may start its
+/// iterations elsewhere.
+const REPEATS: f64 = 1e-9;
+
 struct UnitParticipant {
     description: Description,
     /// There until it is terminated.
@@ -125,6 +132,12 @@ struct UnitParticipant {
     /// Size (s) of the steps so far, of a unit whose steps are all of one size.
     step_size: Option<f64>,
     solved: Option<Solved>,
+    /// What the last solution was solved under and gave, as long as solutions are repeated to see whether the
+    /// state that the unit keeps is whole.
+    last_input: Option<(TimeWindow, Fields)>,
+    last_output: Option<Fields>,
+    /// Solutions repeated so far.
+    repeated: u32,
     /// End of the last window (s).
     time: f64,
     /// Positions at the start (m).
@@ -159,9 +172,17 @@ impl UnitParticipant {
 
     fn set(&mut self, inputs: &Fields, which: impl Fn(Exchange) -> bool) -> Result<()> {
         let instance = self.instance.as_mut().expect("the table of legal calls puts nothing after terminate");
-        for Wire { port, values } in &self.wiring.wires {
+        for Wire { port, values, factor } in &self.wiring.wires {
             let (Values::Variables(references), Direction::In) = (values, port.direction) else { continue };
             if let (Some(field), true) = (inputs.get(&port.name), which(port.exchange)) {
+                let own: Vec<f64>;
+                let field = match *factor {
+                    1.0 => field,
+                    factor => {
+                        own = field.iter().map(|value| value / factor).collect();
+                        &own
+                    }
+                };
                 instance.set(references, field).map_err(failed)?;
             }
         }
@@ -170,7 +191,7 @@ impl UnitParticipant {
 
     fn get(&mut self, outputs: &mut Fields, which: impl Fn(Exchange) -> bool) -> Result<()> {
         let instance = self.instance.as_mut().expect("the table of legal calls puts nothing after terminate");
-        for Wire { port, values } in &self.wiring.wires {
+        for Wire { port, values, factor } in &self.wiring.wires {
             if port.direction != Direction::Out || !which(port.exchange) {
                 continue;
             }
@@ -183,6 +204,9 @@ impl UnitParticipant {
                     field.fill(value[0]);
                 }
                 Values::Number(number) => field.fill(*number),
+            }
+            if *factor != 1.0 {
+                field.iter_mut().for_each(|value| *value *= factor);
             }
         }
         Ok(())
@@ -210,13 +234,16 @@ impl UnitParticipant {
         };
         let dimension = self.description.dimension;
         let mut vectors = Vec::new();
-        for Wire { port, values } in &self.wiring.wires {
+        for Wire { port, values, factor } in &self.wiring.wires {
             let (Values::Variables(references), Some(points)) = (values, port.points) else { continue };
             if port.exchange == Exchange::EveryWindow && port.components == dimension {
                 let mut field = vec![0.0; points * dimension];
                 // An input that a unit does not give back is no reason to fail.
                 match (instance.get(references, &mut field), port.direction) {
-                    (Ok(()), _) => vectors.push((port.name.as_str(), field)),
+                    (Ok(()), _) => {
+                        field.iter_mut().for_each(|value| *value *= factor);
+                        vectors.push((port.name.as_str(), field));
+                    }
                     (Err(_), Direction::In) => {}
                     (Err(error), Direction::Out) => return Err(failed(error)),
                 }
@@ -273,7 +300,10 @@ impl Participant for UnitParticipant {
         let started = Instant::now();
         self.check_step(window.size)?;
         match (self.left_accepted, self.abilities.keeps_state) {
-            (true, true) => self.instance().go_back().map_err(failed)?,
+            (true, true) => {
+                self.instance().go_back().map_err(failed)?;
+                self.check_state()?;
+            }
             (false, true) => self.instance().keep().map_err(failed)?,
             (false, false) => {}
             (true, false) => {
@@ -287,6 +317,9 @@ impl Participant for UnitParticipant {
         self.left_accepted = true;
         let ended = self.instance().step(window.start, window.size).map_err(failed)?;
         self.time = window.end();
+        if self.abilities.keeps_state && self.repeated < REPEATED {
+            self.last_input = Some((*window, inputs.clone()));
+        }
         self.solved = Some(Solved { ended, compute_seconds: started.elapsed().as_secs_f64() });
         Ok(())
     }
@@ -294,6 +327,7 @@ impl Participant for UnitParticipant {
     fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
         let solved = self.solved.take().expect("the table of legal calls puts a start before every finish");
         self.get(outputs, |exchange| exchange == Exchange::EveryWindow)?;
+        self.last_output = self.last_input.is_some().then(|| outputs.clone());
         let sub_steps = match self.wiring.sub_steps.clone() {
             Some(variable) => self.instance().number(&variable).map_err(failed)? as u32,
             None => 1,
@@ -308,6 +342,7 @@ impl Participant for UnitParticipant {
 
     fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
         self.left_accepted = false;
+        (self.last_input, self.last_output) = (None, None);
         if snapshot.is_some() { self.write_snapshot() } else { Ok(()) }
     }
 
@@ -339,6 +374,31 @@ impl Participant for UnitParticipant {
 }
 
 impl UnitParticipant {
+    /// Of a unit that went back to its accepted state: the step that it took from there, taken again under
+    /// the same input, gives the same. One whose state leaves something out would give wrong numbers in all
+    /// schemes that solve a window again, and nobody would notice.
+    fn check_state(&mut self) -> Result<()> {
+        let (Some((window, inputs)), Some(before)) = (self.last_input.take(), self.last_output.take()) else {
+            return Ok(());
+        };
+        self.repeated += 1;
+        self.set(&inputs, |exchange| exchange == Exchange::EveryWindow)?;
+        self.instance().step(window.start, window.size).map_err(failed)?;
+        let mut again = before.clone();
+        self.get(&mut again, |exchange| exchange == Exchange::EveryWindow)?;
+        for ((port, before), (_, again)) in before.iter().zip(again.iter()) {
+            let largest = before.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+            let differs = |(before, again): (&f64, &f64)| (before - again).abs() > REPEATS * largest;
+            let Some(at) = before.iter().zip(again).position(differs) else { continue };
+            let (name, port, index) = (&self.abilities.name, &port.name, window.index);
+            return Err(failed(format_args!(
+                "{name} gives other numbers when it steps again from the state that it kept: `{port}` was {} and is {} in window {index}; its state (fmi…FMUState) leaves something out, so no window can be solved again: take coupling.scheme = \"serial-explicit\" with coupling.prediction = false, or \"parallel-explicit\"",
+                before[at], again[at]
+            )));
+        }
+        self.instance().go_back().map_err(failed)
+    }
+
     fn check_serializes(&self) -> Result<()> {
         if self.abilities.keeps_state && self.abilities.serializes_state {
             return Ok(());

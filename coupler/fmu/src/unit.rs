@@ -9,6 +9,7 @@ use libloading::Library;
 use std::ffi::{CStr, CString, c_char, c_void};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
+use words::text::{EXPLANATION, tame};
 
 /// An instance. Calls follow the standards' order; an instance that answered with an error is only dropped.
 pub trait Instance {
@@ -227,7 +228,15 @@ impl Teller {
         let symbol = unsafe { library.get::<F>(name.as_bytes()) };
         symbol
             .map(|symbol| *symbol)
-            .map_err(|error| Error::Library { file: self.file.clone(), what: error.to_string() })
+            .map_err(|error| Error::Library { file: self.file.clone(), what: reason(&error) })
+    }
+}
+
+/// What went wrong with a library, and what the system said of it.
+pub(crate) fn reason(error: &libloading::Error) -> String {
+    match std::error::Error::source(error) {
+        Some(source) if !error.to_string().contains(&source.to_string()) => format!("{error}: {source}"),
+        _ => error.to_string(),
     }
 }
 
@@ -241,7 +250,7 @@ pub(crate) unsafe fn hear(environment: *mut c_void, status: i32, message: *const
         return;
     }
     // SAFETY: the caller's promise.
-    let words = unsafe { CStr::from_ptr(message) }.to_string_lossy().into_owned();
+    let words = tame(&unsafe { CStr::from_ptr(message) }.to_string_lossy(), EXPLANATION);
     eprintln!("unit: {words}");
     if environment.is_null() {
         return;

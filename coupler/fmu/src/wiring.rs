@@ -5,11 +5,13 @@ mod values;
 use crate::Error;
 use crate::description::{Causality, Description, Type, Variable};
 use interfaces::case::Case;
+use interfaces::case::coupling::CouplingScheme;
 use interfaces::case::participant::Unit;
 use interfaces::case::probe::Probe;
 use interfaces::case::unit::ParameterValue;
 use interfaces::port::names;
 use interfaces::{Direction, Exchange, Port, Quantity, Role, Scalar, ScalarKind};
+use std::collections::BTreeMap;
 
 /// A unit's part in a coupling.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +37,15 @@ pub struct Wire {
     pub port: Port,
     /// Where its values are.
     pub values: Values,
+    /// What its variables have to be multiplied by to be in the port's unit.
+    pub factor: f64,
+}
+
+/// Values of a port, their number of points where it is known, and the factor to the port's unit.
+struct Sourced {
+    values: Values,
+    points: Option<usize>,
+    factor: f64,
 }
 
 /// Where the values of a port are.
@@ -103,6 +114,7 @@ pub fn wire(unit: Unit<'_>, description: &Description, case: &Case, role: Role) 
     let records = plan.records(&case.probes, case.general.dimension);
     let window_limit = plan.number("window_limit", unit.variables.window_limit.as_deref(), "largest_step");
     let sub_steps = plan.number("sub_steps", unit.variables.sub_steps.as_deref(), "steps_taken");
+    plan.check_state(case);
     let Plan { mismatches, notes, .. } = plan;
     if mismatches.is_empty() {
         Ok(Wiring { wires, records, window_limit, sub_steps, parameters, notes })
@@ -125,13 +137,26 @@ struct Found {
     quantity: Quantity,
     direction: Direction,
     exchange: Exchange,
-    values: Values,
-    points: Option<usize>,
+    sourced: Sourced,
 }
 
 impl Plan<'_> {
     fn key(&self, rest: &str) -> String {
         format!("{}.participant.{rest}", self.role)
+    }
+
+    /// Windows are solved again by implicit schemes, and after a prediction, by a structure.
+    fn check_state(&mut self, case: &Case) {
+        let Some(coupling) = case.coupling.as_ref().filter(|_| !self.description.keeps_state) else { return };
+        let predicts = self.role == Role::Structure
+            && coupling.scheme == CouplingScheme::SerialExplicit
+            && coupling.prediction == Some(true);
+        if coupling.scheme.is_implicit() || predicts {
+            let key = self.key("fmu");
+            self.mismatches.push(format!(
+                "{key}: it cannot solve a window again (canGetAndSetFMUState is false); take coupling.scheme = \"serial-explicit\" with coupling.prediction = false, or \"parallel-explicit\""
+            ));
+        }
     }
 
     fn wires(&mut self, dimension: usize) -> Vec<Wire> {
@@ -151,15 +176,17 @@ impl Plan<'_> {
                 Some(source) => self.said(name, source, quantity.components(dimension), direction, exchange),
                 None => self.of_own_name(name, quantity.components(dimension), direction, exchange),
             };
-            if let Some((values, points)) = values {
-                found.push(Found { name, quantity, direction, exchange, values, points });
+            if let Some(sourced) = values {
+                found.push(Found { name, quantity, direction, exchange, sourced });
             }
         }
+        self.check_inputs(&found);
         self.check_needed(&found);
         let points = self.common_points(&found);
         found
             .into_iter()
-            .map(|Found { name, quantity, direction, exchange, values, points: own }| {
+            .map(|Found { name, quantity, direction, exchange, sourced }| {
+                let Sourced { values, points: own, factor } = sourced;
                 let port = Port::new(name, quantity, dimension, own.or(points), direction);
                 let port = if exchange == Exchange::Constant { port.constant() } else { port };
                 // A unit takes what is given; what nobody gives stays at its start value, and that is for the
@@ -167,7 +194,7 @@ impl Plan<'_> {
                 let needed =
                     name == names::PRESSURE_GRADIENT || name == names::FORCE || name == names::POSITION;
                 let port = if direction == Direction::In && !needed { port.optional() } else { port };
-                Wire { port, values }
+                Wire { port, values, factor }
             })
             .collect()
     }
@@ -197,12 +224,30 @@ impl Plan<'_> {
         }
     }
 
+    /// A variable that takes two values keeps the last alone.
+    fn check_inputs(&mut self, found: &[Found]) {
+        let mut taken = BTreeMap::new();
+        for port in found.iter().filter(|port| port.direction == Direction::In) {
+            let Values::Variables(references) = &port.sourced.values else { continue };
+            for reference in references {
+                if let Some(other) = taken.insert(*reference, port.name) {
+                    let mut of = self.description.variables.iter().filter(|v| v.reference == *reference);
+                    let name = of.next().map_or_else(String::new, |variable| variable.name.clone());
+                    let key = self.key(&format!("variables.{}", port.name));
+                    self.mismatches.push(format!(
+                        "{key}: `{name}` (value reference {reference}) takes a value of `{other}` already, and keeps one alone"
+                    ));
+                }
+            }
+        }
+    }
+
     /// The number of points of all ports but those with a number of their own.
     fn common_points(&mut self, found: &[Found]) -> Option<usize> {
         let counted: Vec<(&str, usize)> = found
             .iter()
             .filter(|port| port.quantity != Quantity::Facet)
-            .filter_map(|port| Some((port.name, port.points?)))
+            .filter_map(|port| Some((port.name, port.sourced.points?)))
             .collect();
         let (first, points) = *counted.first()?;
         for (name, other) in counted.iter().filter(|(_, other)| *other != points) {
@@ -218,6 +263,9 @@ impl Plan<'_> {
         let of_probes = probes.iter().filter(is_mine).flat_map(|probe| probe.scalars(dimension));
         for scalar in of_case.into_iter().chain(of_probes) {
             let variable = self.description.variable(&scalar.name).filter(|variable| is_number(variable));
+            if variable.is_none() && scalar.kind == ScalarKind::Probe {
+                self.notes.push(format!("the case's probe `{}` is none of its variables", scalar.name));
+            }
             records.extend(variable.map(|variable| (scalar, variable.clone())));
         }
         let key = self.key("record");

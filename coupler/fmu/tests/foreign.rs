@@ -180,6 +180,138 @@ fn a_file_that_is_no_unit_is_named() {
     assert!(words.contains("failed to unpack the FMU") && words.contains("text.fmu"), "{words}");
 }
 
+/// A unit whose state leaves something out would give wrong numbers wherever a window is solved again.
+#[test]
+fn a_unit_whose_state_is_not_whole_is_found_out() {
+    use interfaces::TimeWindow;
+    let workshop = Workshop::new();
+    for version in [2, 3] {
+        let spring = Spring::of(version);
+        let unit = workshop.unit(spring);
+        let case = case(&spring.participant(&unit, "fault = 6"));
+        let mut participant = Guarded::new(workshop.open(&case).expect("a unit"));
+        let description = participant.describe().clone();
+        let [mut inputs, mut outputs] =
+            [interfaces::Direction::In, interfaces::Direction::Out].map(|d| description.fields(d, 5));
+        participant.initialize(0.0, &inputs, &mut outputs).expect("it begins");
+        inputs.get_mut("pressure_gradient").expect("taken").fill(1e3);
+        let window = |iteration| TimeWindow {
+            index: 0,
+            iteration,
+            start: 0.0,
+            size: 0.01,
+            sub_steps: SubSteps::Fixed(10),
+        };
+        participant.start(&window(0), &inputs).expect("a first solution");
+        participant.finish(&mut outputs).expect("a solution");
+        let words = participant.start(&window(1), &inputs).expect_err("it is not whole").to_string();
+        for expected in
+            ["steps again from the state that it kept", "in window 0", "coupling.prediction = false"]
+        {
+            assert!(words.contains(expected), "`{expected}` is not in: {words}");
+        }
+    }
+}
+
+/// What the description of a unit makes of a structure's ports, its variables being these.
+fn wired(definitions: &str, variables: &str) -> Result<fmu_host::wiring::Wiring, String> {
+    let text = format!(
+        r#"<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t"><CoSimulation modelIdentifier="m" canGetAndSetFMUState="true"/><UnitDefinitions>{definitions}</UnitDefinitions><ModelVariables>{variables}</ModelVariables></fmiModelDescription>"#
+    );
+    let description = fmu_host::description::Description::parse(&text)?;
+    let case = case("{ fmu = \"unit.fmu\" }");
+    let unit = fmu_host::participant::unit_of(&case, Role::Structure).expect("it has one");
+    fmu_host::wiring::wire(unit, &description, &case, Role::Structure).map_err(|error| error.to_string())
+}
+
+/// Three vectors in a plane, with this in their elements.
+fn vectors(position: &str, velocity: &str, force: &str) -> String {
+    let vector = |name: &str, reference: u32, causality: &str, more: &str| {
+        format!(
+            r#"<Float64 name="{name}" valueReference="{reference}" causality="{causality}" {more}><Dimension start="3"/><Dimension start="2"/></Float64>"#
+        )
+    };
+    vector("position", 1, "output", position)
+        + &vector("velocity", 2, "output", velocity)
+        + &vector("force", 3, "input", force)
+}
+
+#[test]
+fn units_are_converted_or_refused() {
+    let definitions = r#"<Unit name="mm"><BaseUnit m="1" factor="1e-3"/></Unit><Unit name="kN"><BaseUnit kg="1" m="1" s="-2" factor="1000"/></Unit><Unit name="K"><BaseUnit K="1"/></Unit>"#;
+    let wiring = wired(definitions, &vectors("unit=\"mm\"", "unit=\"m/s\"", "unit=\"kN\"")).unwrap();
+    let factor = |name: &str| wiring.wires.iter().find(|wire| wire.port.name == name).unwrap().factor;
+    assert_eq!(["position", "velocity", "force"].map(factor), [1e-3, 1.0, 1e3]);
+    assert!(wiring.notes.iter().any(|note| note.contains("`position` is in `mm`")), "{:?}", wiring.notes);
+    for (position, what) in [
+        (
+            "unit=\"K\"",
+            "variables.position: `position` is in `K`, which is 1e0 kg^0 m^0 s^0 and more; m belongs here",
+        ),
+        ("unit=\"ft\"", "`position` is in `ft`, of which the unit does not say what it is in SI units"),
+    ] {
+        let error = wired(definitions, &vectors(position, "", "")).unwrap_err();
+        assert!(error.contains(what), "`{what}` is not in: {error}");
+    }
+}
+
+#[test]
+fn variables_that_would_lose_a_value_or_claim_too_much_are_refused() {
+    let twice = vectors("", "", "") + r#"<Float64 name="force" valueReference="9"/>"#;
+    assert!(wired("", &twice).unwrap_err().contains("two variables have the name `force`"));
+    let shared = vectors("", "", "")
+        + r#"<Float64 name="start_force" valueReference="3" causality="input"><Dimension start="3"/><Dimension start="2"/></Float64>"#;
+    let error = wired("", &shared).unwrap_err();
+    assert!(error.contains("(value reference 3) takes a value of `force` already"), "{error}");
+    for sizes in ["4000000000000", "18446744073709551615"] {
+        let huge = vectors("", "", "").replace("start=\"3\"", &format!("start=\"{sizes}\""));
+        let error = wired("", &huge).unwrap_err();
+        assert!(error.contains("values are taken at most"), "{error}");
+    }
+}
+
+/// Archives that lead elsewhere, link, or have no end when they are unpacked.
+#[test]
+fn a_hostile_archive_is_refused_and_leaves_nothing_elsewhere() {
+    use std::io::Write as _;
+    use zip::write::SimpleFileOptions;
+    let workshop = Workshop::new();
+    let elsewhere = workshop.folder.path().join("elsewhere");
+    let description = r#"<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t"><CoSimulation modelIdentifier="m"/><ModelVariables/></fmiModelDescription>"#;
+    type Fill = fn(&mut zip::ZipWriter<std::fs::File>);
+    let rows: [(&str, Fill); 3] = [
+        ("leads out of the folder", |zip| {
+            zip.start_file("../elsewhere", SimpleFileOptions::default()).unwrap();
+        }),
+        ("leads out of the folder", |zip| {
+            zip.add_symlink("resources", "/etc", SimpleFileOptions::default()).unwrap();
+        }),
+        ("unpacked it has more than the 2147483648 bytes", |zip| {
+            let zeros = vec![0_u8; 1 << 20];
+            zip.start_file("resources/bomb", SimpleFileOptions::default().large_file(true)).unwrap();
+            for _ in 0..2049 {
+                zip.write_all(&zeros).unwrap();
+            }
+        }),
+    ];
+    for (what, fill) in rows {
+        let file = workshop.folder.path().join("hostile.fmu");
+        let mut archive = zip::ZipWriter::new(std::fs::File::create(&file).unwrap());
+        let platform = format!("binaries/x86_64-linux/m.{}", std::env::consts::DLL_EXTENSION);
+        for (name, text) in [("modelDescription.xml", description), (platform.as_str(), "")] {
+            archive.start_file(name, SimpleFileOptions::default()).unwrap();
+            archive.write_all(text.as_bytes()).unwrap();
+        }
+        fill(&mut archive);
+        archive.finish().unwrap();
+        let mut archive = fmu_host::archive::Archive::open(&file).unwrap();
+        let described = archive.description().unwrap();
+        let error = archive.unpack(&described, &workshop.folder.path().join("unpacked")).unwrap_err();
+        assert!(error.to_string().contains(what), "{error}");
+        assert!(!elsewhere.exists());
+    }
+}
+
 /// What a unit cannot do is refused with what to do about it.
 #[test]
 fn a_unit_without_state_solves_no_window_again() {
@@ -195,6 +327,13 @@ fn a_unit_without_state_solves_no_window_again() {
     for version in [2, 3] {
         let spring = Spring { keeps_state: false, variable_steps: false, ..Spring::of(version) };
         let unit = workshop.unit(spring);
+        // Where the case has windows solved again it is refused before it is opened.
+        let refused = workshop.open(&case(&spring.participant(&unit, ""))).err().expect("it is refused");
+        assert!(refused.to_string().contains("coupling.prediction = false"), "{refused}");
+        let case = |structure: &str| {
+            let text = case_text("{ start = \"by-hand\" }", structure, 1.0, "[coupling]\nprediction = false");
+            Case::parse(&text, Path::new("/case.toml"), &[], &[]).unwrap_or_else(|errors| panic!("{errors}"))
+        };
         let mut participant =
             Guarded::new(workshop.open(&case(&spring.participant(&unit, ""))).expect("a unit"));
         let description = participant.describe().clone();

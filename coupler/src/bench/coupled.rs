@@ -8,6 +8,7 @@ use crate::schemes::{Onward, Solver as _};
 use crate::timing::Timing;
 use interfaces::case::Case;
 use interfaces::{ParticipantError, Role, new_run};
+use std::os::unix::fs::DirBuilderExt;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -77,6 +78,8 @@ pub(super) fn measure(
     options: &Options,
 ) -> Result<Measured, BenchError> {
     let out = std::env::temp_dir().join(format!("meniscus-bench-{}", new_run()));
+    let made = std::fs::DirBuilder::new().mode(0o700).create(&out);
+    made.map_err(|source| BenchError::System { during: "make the bench's folder", source })?;
     let measured = measure_in(series, points, windows, options, &out);
     let removed = std::fs::remove_dir_all(&out);
     let measured = measured?;
@@ -112,7 +115,7 @@ fn measure_in(
     drop(folder);
     let cpu_seconds = result? / times.len() as f64;
     times.sort_by(f64::total_cmp);
-    Ok(Measured { times, cpu_seconds, peak_memory_bytes: memory.values().sum() })
+    Ok(Measured { times, cpu_seconds, peak_memory_bytes: memory.0.values().sum() })
 }
 
 /// Solves all windows, fills in the time of each that counts (s), and gives the processor time of those (s).

@@ -3,7 +3,9 @@
 use super::options::RunError;
 use crate::trace::TRACE;
 use interfaces::case::Case;
+use output::files;
 use std::fs::{File, TryLockError};
+use std::io::Write as _;
 use std::path::Path;
 
 /// File of the case as resolved, in the folder of the outputs.
@@ -12,6 +14,10 @@ pub const CASE: &str = "case.toml";
 const RESOLVED: &str = "# The case as resolved by meniscus: every default filled in, all overrides applied.";
 /// Folders into which a role's functional mock-up unit is unpacked while it runs.
 const UNPACKED: [&str; 2] = ["fluid_fmu", "structure_fmu"];
+/// File that keeps room for the summary on the disk while the run goes on.
+const ROOM: &str = ".room";
+/// More than a summary takes.
+const ROOM_BYTES: usize = 64 << 10;
 /// File of the summary.
 pub const SUMMARY: &str = "summary.json";
 
@@ -27,16 +33,17 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
         // Some file systems know no locks; the run does not depend on them.
         Ok(()) | Err(TryLockError::Error(_)) => {}
     }
-    let holds_a_run =
-        std::fs::read_to_string(out.join(CASE)).is_ok_and(|text| text.lines().next() == Some(RESOLVED));
+    let written = files::read_text(&out.join(CASE), files::WORDS);
+    let holds_a_run = written.is_ok_and(|text| text.lines().next() == Some(RESOLVED));
     if !holds_a_run && entries.next().is_some() {
         return Err(folder("it holds files that are not of an earlier run".to_owned()));
     }
-    for name in ["fluid", "structure", "walls", "frames"].into_iter().chain(UNPACKED) {
+    for name in ["fluid", "structure", "walls", "failed_solve", "frames"].into_iter().chain(UNPACKED) {
         remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
     }
     let files = [
         SUMMARY,
+        ROOM,
         crate::records::WINDOWS,
         crate::records::PROBES,
         crate::records::ITERATIONS,
@@ -46,6 +53,7 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
         "fluid.pvd",
         "structure.pvd",
         "walls.pvd",
+        "failed_solve.pvd",
         "fluid.log",
         "structure.log",
     ];
@@ -54,7 +62,16 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
     }
     let text = format!("{RESOLVED}\n\n{}", case.to_toml());
     output::atomic::write_file(&out.join(CASE), text.as_bytes()).map_err(|e| folder(e.to_string()))?;
+    files::create(&out.join(ROOM))
+        .and_then(|mut room| room.write_all(&[0; ROOM_BYTES]))
+        .map_err(|e| folder(e.to_string()))?;
     Ok(opened)
+}
+
+/// Gives room on the disk back for the summary, which then is there also where the disk is full.
+pub(super) fn free_room(out: &Path) {
+    // Where it cannot be removed, the summary may still find room.
+    let _ = std::fs::remove_file(out.join(ROOM));
 }
 
 fn remove(path: &Path, how: impl Fn(&Path) -> std::io::Result<()>) -> std::io::Result<()> {

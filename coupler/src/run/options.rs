@@ -37,6 +37,17 @@ pub enum RunError {
     /// Outputs could not be written.
     #[error(transparent)]
     Output(#[from] output::Error),
+    /// A mistake of this program.
+    #[error("the coupler panicked: {0}; this is a fault of meniscus, please report it with the case")]
+    Panicked(String),
+    /// The run failed, and its summary could not be written either.
+    #[error("{run}; nor was its summary written: {summary}")]
+    NoSummary {
+        /// Why the run failed.
+        run: Box<RunError>,
+        /// Why there is no summary.
+        summary: output::Error,
+    },
     /// A participant that is not one of our solvers cannot be called in this process.
     #[error(
         "failed to call the {role} in this process: the case has another program for it ({role}.participant); leave out --in-process"
@@ -64,7 +75,12 @@ impl From<SideError> for RunError {
 impl RunError {
     /// Whether the run ended because it was told to.
     pub fn is_interruption(&self) -> bool {
-        let Self::Scheme(SchemeError::Side(side)) = self else { return false };
-        matches!(side.source, ParticipantError::Interrupted { .. })
+        match self {
+            Self::Scheme(SchemeError::Side(side)) => {
+                matches!(side.source, ParticipantError::Interrupted { .. })
+            }
+            Self::NoSummary { run, .. } => run.is_interruption(),
+            _ => false,
+        }
     }
 }

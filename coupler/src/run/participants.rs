@@ -2,6 +2,7 @@
 
 use super::folder::CASE;
 use super::options::{Options, RunError};
+use crate::launch::guard::Guard;
 use crate::launch::{self, Child};
 use crate::mapped::fluid::MappedFluid;
 use crate::mapped::{Filling, Mapped};
@@ -11,7 +12,7 @@ use crate::side::{Side, SideError};
 use crate::timing::Timing;
 use interfaces::case::Case;
 use interfaces::case::participant::Start;
-use interfaces::transport::Alive;
+use interfaces::transport::{Alive, FOLDER};
 use interfaces::{
     Address, Deadlines, Expectations, Guarded, Participant, ParticipantError, RemoteParticipant, Result,
     Role, new_run, remove_stale,
@@ -50,12 +51,13 @@ pub struct Participants {
     children: ByRole<Rc<RefCell<Child>>>,
     /// An address of the run, where it has any.
     address: Option<Address>,
+    guard: Option<Guard>,
 }
 
 impl Participants {
     /// None yet.
     pub fn new(timing: Timing) -> Self {
-        Self { timing, sides: ByRole::new(), children: ByRole::new(), address: None }
+        Self { timing, sides: ByRole::new(), children: ByRole::new(), address: None, guard: None }
     }
 
     /// Makes or starts all participants of the case, and waits until each was heard of. Whatever comes of it,
@@ -91,6 +93,9 @@ impl Participants {
                 RemoteParticipant::listen(&address, expectations, waits, &options.stop).map_err(failed)?;
             self.address = Some(address.clone());
             listening.push((role, start, address, open));
+        }
+        if let Some(address) = &self.address {
+            self.guard = Some(Guard::start(solvers.executable, address)?);
         }
         for (role, start, address, _) in &listening {
             self.launch(*role, *start, address, &case.hash(), options, solvers)?;
@@ -155,25 +160,29 @@ impl Participants {
     }
 
     /// Waits for the processes to end, kills those that do not, and removes what they leave in shared memory
-    /// then. Gives the largest memory of each role (bytes). After a failure there is nothing to wait for:
-    /// whoever still runs does so because it hangs.
-    pub fn end(mut self, in_order: bool) -> BTreeMap<String, u64> {
+    /// then. Gives the largest memory of each role (bytes), and how those ended that did not end in order.
+    /// After a failure there is nothing to wait for: whoever still runs does so because it hangs.
+    pub fn end(mut self, in_order: bool) -> (BTreeMap<String, u64>, Vec<SideError>) {
         // Sides that nobody took are told by this that nothing more is wanted.
         self.sides.clear();
         self.look_at_memory();
         let mut memory = BTreeMap::from([("coupler".to_owned(), launch::peak_memory_bytes(None))]);
+        let mut ends = Vec::new();
         let grace = if in_order { GRACE } else { GRACE / 3 };
         let deadline = Instant::now() + grace;
         for (role, child) in &self.children {
             let mut child = child.borrow_mut();
             memory.insert(role.to_string(), child.peak_memory_bytes());
-            child.end(deadline);
+            if let Some(how) = child.end(deadline) {
+                let source = ParticipantError::failed(how);
+                ends.push(SideError { role: *role, during: "after its last answer".to_owned(), source });
+            }
         }
         if let Some(address) = &self.address {
             // What cannot be removed now is removed by the next run; it is no reason to call this one failed.
             let _ = remove_stale(address);
         }
-        memory
+        (memory, ends)
     }
 
     fn launch(
@@ -200,8 +209,9 @@ impl Participants {
             }
             Start::ByHand => {
                 eprintln!(
-                    "waiting for the {role}; start it with MENISCUS_RUN={} MENISCUS_CASE={} MENISCUS_CASE_HASH={hash}, for example before `meniscus {role}`",
+                    "waiting for the {role}; start it with MENISCUS_RUN={} {FOLDER}={} MENISCUS_CASE={} MENISCUS_CASE_HASH={hash}, for example before `meniscus {role}`",
                     address.connect(),
+                    address.root(),
                     case.display()
                 );
                 return Ok(());
@@ -209,6 +219,7 @@ impl Participants {
         };
         let environment = [
             ("MENISCUS_RUN", address.connect()),
+            (FOLDER, address.root()),
             ("MENISCUS_CASE", case.display().to_string()),
             ("MENISCUS_CASE_HASH", hash.to_owned()),
             ("MENISCUS_ROLE", role.to_string()),
@@ -216,6 +227,9 @@ impl Participants {
         ];
         let log = options.out.join(format!("{role}.log"));
         let child = Child::spawn(role, &command, &environment, &log)?;
+        if let Some(guard) = &mut self.guard {
+            guard.watch(child.id());
+        }
         self.children.insert(role, Rc::new(RefCell::new(child)));
         Ok(())
     }
@@ -232,10 +246,13 @@ impl Participants {
     }
 }
 
+/// Threads of a solver for each core at most: more take time and memory, and win nothing.
+const THREADS_PER_CORE: usize = 4;
+
 /// Threads that a solver is given.
 pub fn threads(case: &Case) -> usize {
     let all = std::thread::available_parallelism().map_or(1, usize::from);
-    if case.general.threads == 0 { all } else { case.general.threads }
+    if case.general.threads == 0 { all } else { case.general.threads.min(THREADS_PER_CORE * all) }
 }
 
 /// How long a participant of this case waits for the coupler, which may be waiting for the other one to be

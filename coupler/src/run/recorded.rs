@@ -9,7 +9,7 @@ use std::path::Path;
 use words::bytes::{Reader, Writer};
 
 /// First bytes of its state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscrec1";
+const MAGIC: &[u8; 8] = b"mnscrec2";
 
 /// A run whose accepted windows are recorded.
 pub struct Recorded<S> {
@@ -20,12 +20,19 @@ pub struct Recorded<S> {
 }
 
 impl<S: Solver> Recorded<S> {
-    /// Makes the tables in the folder `out`, one of iterations among them if there are any.
+    /// Makes the tables in the folder `out`, one of iterations among them if there are any, with rows that
+    /// are at least `interval` (s) apart.
     ///
     /// # Errors
     /// If they cannot be made.
-    pub fn create(run: Run<S>, out: &Path, iterations: bool, announce: Announce) -> Result<Self, RunError> {
-        let mut records = Records::create(out, run.solver.sides().as_ref(), run.schedule.time())?;
+    pub fn create(
+        run: Run<S>,
+        out: &Path,
+        iterations: bool,
+        interval: f64,
+        announce: Announce,
+    ) -> Result<Self, RunError> {
+        let mut records = Records::create(out, run.solver.sides().as_ref(), run.schedule.time(), interval)?;
         if iterations {
             records.record_iterations()?;
         }
@@ -41,8 +48,7 @@ impl<S: Solver> Recorded<S> {
         run.drive(|accepted, solver| {
             let window = accepted.window.index;
             let recorded = announce.during(Phase::Records, || {
-                records.iterations(&accepted.window, solver.residuals())?;
-                records.window(accepted, solver.sides().as_ref())
+                records.record(accepted, solver.residuals(), solver.sides().as_ref())
             });
             recorded.map_err(|error| SchemeError::Record { window, what: error.to_string() })?;
             Ok(heard(accepted, solver))
@@ -72,11 +78,8 @@ impl<S: Solver> Recorded<S> {
         Ok(self.records.rows())
     }
 
-    /// What the records say in sum.
-    ///
-    /// # Errors
-    /// If they cannot be written or read again.
-    pub(super) fn sums(&mut self) -> output::Result<Sums> {
+    /// What all windows say in sum, and whether the last rows could be written.
+    pub(super) fn sums(&mut self) -> (Sums, output::Result<()>) {
         self.records.balances()
     }
 }

@@ -187,7 +187,7 @@ fn the_records_say_how_many_rows_they_had_and_their_sums_go_on() {
     let folder = || tempfile::tempdir().expect("a folder");
     let make = |folder: &tempfile::TempDir| {
         let run = coupled(implicit(quasi_newton(3, true), false, 1), LoadInWindow::Held);
-        Recorded::create(run, folder.path(), true, Announce::nobody()).expect("tables")
+        Recorded::create(run, folder.path(), true, 0.0, Announce::nobody()).expect("tables")
     };
     let drive = |recorded: &mut Recorded<Coupled>, until: u64| {
         let mut iterations = 0;

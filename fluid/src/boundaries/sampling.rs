@@ -1,16 +1,16 @@
 //! The structure as the fluid meets it: boundary points at the fluid's own spacing, whatever the structure's.
 //!
 //! A structure as fine as the fluid is met at its particles. Another is cut into pieces, each carried by the
-//! motion of the particle that it is of and of those around, `u = Σ_s w_s u_s` with `w` exact for linear motion
-//! in the reference configuration; the pieces in each cell of a lattice of the fluid's spacing make a boundary
-//! point. Loads go back by the transpose, `V_s g_s = Σ_i w_is V_i g_i`, so that force, moment and work are
-//! the same on either side. What is held and stands inside a wall is left to it.
+//! motion of the particle that it is of and of those around, `u = Σ_s w_s u_s` with `w` exact for linear
+//! motion in the reference configuration; the pieces in each cell of a lattice of the fluid's spacing make a
+//! boundary point. Loads go back by the transpose, `V_s g_s = Σ_i w_is V_i g_i`, so that force, moment and
+//! work are the same on either side. What is held and stands inside a wall is left to it.
 //!
 //! Pairs of lattices of one spacing are what the kernel sums are best at: beside a face twice as fine as the
 //! fluid, met at its particles, water at rest presses with 0.97 of its weight, beside one cut to the fluid's
 //! spacing as beside one as fine as the fluid.
 
-use crate::interface::InterfaceParticles;
+use crate::interface::{InterfaceInput, InterfaceParticles};
 use rayon::prelude::*;
 use sph::neighbours::{CellGrid, NeighbourList};
 use sph::{Matrix, Vector, tensor};
@@ -172,6 +172,39 @@ impl Sampling {
 impl Carried {
     fn of(&self, point: usize) -> &[(u32, f64)] {
         &self.weights[self.starts[point] as usize..self.starts[point + 1] as usize]
+    }
+}
+
+/// The structure where its boundary points are, for one step.
+#[derive(Clone, Debug, Default)]
+pub struct BoundaryPoints<const D: usize> {
+    /// Positions at the step's start (m).
+    pub positions: Vec<Vector<D>>,
+    /// Velocities (m/s) under the held load.
+    pub velocities: Vec<Vector<D>>,
+    /// Velocities (m/s) without it.
+    pub unloaded: Vec<Vector<D>>,
+    /// The same of the interface particles.
+    pub unloaded_particles: Vec<Vector<D>>,
+}
+
+impl<const D: usize> BoundaryPoints<D> {
+    /// The points of what the structure sent for a step of `dt` (s). `compliance` (m³/kg) of each interface
+    /// particle is empty where none yields.
+    pub fn take(
+        &mut self,
+        sampling: &Sampling,
+        structure: &InterfaceInput<'_, D>,
+        compliance: &[f64],
+        dt: f64,
+    ) {
+        sampling.at_points(structure.positions, &mut self.positions);
+        sampling.at_points(structure.velocities, &mut self.velocities);
+        self.unloaded_particles.clear();
+        self.unloaded_particles.extend_from_slice(structure.velocities);
+        let held = structure.held_pressure_gradients.iter().zip(compliance);
+        self.unloaded_particles.iter_mut().zip(held).for_each(|(u, (held, c))| *u += held * (dt * c));
+        sampling.at_points(&self.unloaded_particles, &mut self.unloaded);
     }
 }
 

@@ -62,17 +62,17 @@ pub struct Walls<const D: usize> {
     rest: Vec<Vector<D>>,
     /// Columns of particles of walls that slide along themselves.
     columns: Vec<Column>,
-    /// Of the parts that move, where the motion has brought each at the start and the end of the step, and had
-    /// at the start of the step before it.
+    /// Of the parts that move, where the motion has brought each at the start and the end of the step, and
+    /// had at the start of the step before it.
     poses: Vec<Option<[Pose<D>; 3]>>,
     /// Lengths (s) of the step, and of that before it: zero where there is none.
     dt: f64,
     last_dt: f64,
 }
 
-/// Particles of a box between its ends, one behind the other along its motion. They stay where they are: cells
-/// of a lattice at rest, as far as the box that passes by fills them. Particles that went with it would push
-/// to and fro as they pass by.
+/// Particles of a box between its ends, one behind the other along its motion. They stay where they are:
+/// cells of a lattice at rest, as far as the box that passes by fills them. Particles that went with it would
+/// push to and fro as they pass by.
 #[derive(Clone, Debug)]
 struct Column {
     part: usize,
@@ -232,8 +232,8 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// Acceleration (m/s²), across their surface, of the walls that move and of which `near` lists particles, at
-    /// `point` (m): the mean over those particles.
+    /// Acceleration (m/s²), across their surface, of the walls that move and of which `near` lists particles,
+    /// at `point` (m): the mean over those particles.
     pub fn acceleration_across(&self, point: &Vector<D>, near: &[u32]) -> Vector<D> {
         if !self.moves() {
             return Vector::zeros();
@@ -254,8 +254,8 @@ impl<const D: usize> Walls<D> {
         if count > 0.0 { sum / count } else { sum }
     }
 
-    /// Brings the walls to where they are at `time` (s); velocities are means over the `dt` (s) that follow, and
-    /// accelerations are from those over the `last_dt` (s) before it, or from rest where that is zero.
+    /// Brings the walls to where they are at `time` (s); velocities are means over the `dt` (s) that follow,
+    /// and accelerations are from those over the `last_dt` (s) before it, or from rest where that is zero.
     pub fn move_to(&mut self, time: f64, (dt, last_dt): (f64, f64)) {
         if !self.moves() {
             return;
@@ -348,8 +348,8 @@ impl<const D: usize> Walls<D> {
         self.taken(self.parts.len(), at)
     }
 
-    /// Acceleration (m/s²) of the point of a part that is at `point` (m), sliding along itself left out: of its
-    /// mean velocity over the step from that over the step before, or from rest.
+    /// Acceleration (m/s²) of the point of a part that is at `point` (m), sliding along itself left out: of
+    /// its mean velocity over the step from that over the step before, or from rest.
     pub fn acceleration_at(&self, part: usize, point: &Vector<D>) -> Vector<D> {
         let Some([start, _, before]) = &self.poses[part] else { return Vector::zeros() };
         let was = if self.last_dt > 0.0 {
@@ -489,8 +489,8 @@ fn fill_polyline<const D: usize>(
 mod tests {
     use super::*;
 
-    /// However far a column has gone, its cells fill what the box does, from end to end and in order, and their
-    /// middles stay on the lattice but for the ends.
+    /// However far a column has gone, its cells fill what the box does, from end to end and in order, and
+    /// their middles stay on the lattice but for the ends.
     #[test]
     fn cells_of_a_column_fill_the_box_wherever_it_is() {
         let column = Column { part: 0, axis: 1, particles: 0..6, low: 0.3, edge: 0.1, volume: 0.01 };

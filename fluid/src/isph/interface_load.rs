@@ -1,8 +1,8 @@
 //! Forces between fluid and boundaries: what the structure gets, and what the fluid got from each of its
 //! particles.
 
+use crate::boundaries::sampling::BoundaryPoints;
 use crate::boundaries::walls::Walls;
-use crate::interface::BoundaryPoints;
 use crate::isph::options::Options;
 use crate::isph::pressure::along::Along;
 use crate::isph::state::State;

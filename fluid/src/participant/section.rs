@@ -34,6 +34,10 @@ fn resolve(file: &mut Case, findings: &mut Findings) {
         Err(error) => return findings.add("fluid.numerics", error.message(), "compare it with the schema"),
     };
     fluid.numerics = to_table(&options);
+    // Under a spacing a particle has no neighbour, and over three it has over a hundred.
+    if options.smoothing_ratio < 0.5 || options.smoothing_ratio > 3.0 {
+        findings.add("fluid.numerics.smoothing_ratio", "must be 0.5 to 3", "take 1.2 to 1.5");
+    }
     let (lower, upper) = options.surface_thresholds;
     if lower >= upper {
         findings.add("fluid.numerics.surface_thresholds", "do not grow", "write the lower threshold first");

@@ -30,6 +30,10 @@ pub(super) fn conform(table: &mut Table, schema: &serde_json::Value) -> Conformi
     Conformity { errors: walk.errors, renamed: walk.renamed, usable }
 }
 
+/// Largest number of a case: that of any quantity in SI units is smaller, and powers and products of a few
+/// such numbers are finite.
+const LARGEST: f64 = 1e30;
+
 struct Walk<'s> {
     errors: Vec<CaseError>,
     renamed: Vec<(String, String)>,
@@ -163,13 +167,17 @@ impl<'s> Walk<'s> {
     fn in_range(&mut self, number: f64, node: Node<'s>, key: &str) -> bool {
         let (least, over) = (node.bound("minimum"), node.bound("exclusiveMinimum"));
         let (most, under) = (node.bound("maximum"), node.bound("exclusiveMaximum"));
-        let inside = number.is_finite()
+        let inside = number.abs() <= LARGEST
             && least.is_none_or(|bound| number >= bound)
             && over.is_none_or(|bound| number > bound)
             && most.is_none_or(|bound| number <= bound)
             && under.is_none_or(|bound| number < bound);
         if !inside {
-            let bounds = node.range().filter(|_| number.is_finite()).unwrap_or_else(|| "finite".to_owned());
+            let bounds = node.range().filter(|_| number.abs() <= LARGEST);
+            let bounds = bounds.unwrap_or_else(|| match number.is_finite() {
+                true => format!("at most {LARGEST:e} in size"),
+                false => "finite".to_owned(),
+            });
             self.report(key, format!("must be {bounds}"), meaning(node));
         }
         inside

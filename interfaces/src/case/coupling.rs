@@ -44,7 +44,7 @@ pub struct Coupling {
     /// any case.
     pub enforce_condition_46: bool,
     /// Longest wait for an answer of a participant (s).
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1e6))]
     pub deadline: f64,
     /// Whether the coupler may put the processes of a serial scheme on one core where windows take less than
     /// two milliseconds, much of which is waking: it tries, and keeps what is faster (`docs/exchange.md`). No

@@ -22,6 +22,10 @@ pub(super) fn fill_in(table: &mut Table) {
     let dimension = general["dimension"].as_integer().expect("it is a whole number").cast_unsigned() as usize;
     let zero = Value::from(vec![0.0; dimension]);
     default(general, "gravity", zero.clone());
+    // A run that is shorter has one output, at its end.
+    if number(&general["output_interval"]) > number(&general["end_time"]) {
+        general.insert("output_interval".to_owned(), general["end_time"].clone());
+    }
     let (spacing, interval) = (general["particle_spacing"].clone(), general["output_interval"].clone());
     for side in ["fluid", "structure"] {
         let Some(side) = table.get_mut(side).and_then(Value::as_table_mut) else { continue };
@@ -70,10 +74,13 @@ pub(super) fn fill_in(table: &mut Table) {
     }
     let written = table.get("coupling").and_then(Value::as_table).cloned();
     if written.is_some() || (table.contains_key("fluid") && table.contains_key("structure")) {
-        let number = |value: &Value| value.as_float().expect("it is a number");
         let coupling = coupling::resolve(&written.unwrap_or_default(), number(&interval), number(&spacing));
         table.insert("coupling".to_owned(), to_table(&coupling).into());
     }
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_float().expect("it is a number")
 }
 
 fn default(table: &mut Table, key: &str, value: impl Into<Value>) {

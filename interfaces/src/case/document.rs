@@ -123,6 +123,14 @@ pub(super) fn join(parent: &str, child: &str) -> String {
 
 /// The value as one writes it in TOML, cut where it is long.
 fn shown(value: &Value) -> String {
+    // A decimal number of hundreds of digits is none that people read.
+    if let Value::Float(number) = value
+        && *number != 0.0
+        && number.is_finite()
+        && !(1e-6..1e15).contains(&number.abs())
+    {
+        return format!("{number:e}");
+    }
     const LONGEST: usize = 60;
     let text = match value {
         Value::Array(list) if list.first().is_some_and(Value::is_table) => {

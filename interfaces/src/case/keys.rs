@@ -71,14 +71,21 @@ pub struct General {
     /// Time at which the run ends (s); it starts at 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub end_time: f64,
-    /// Time between snapshots (s).
+    /// Time between snapshots (s); of a run that is shorter, its end time.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub output_interval: f64,
+    /// Time between rows of the tables at least (s); 0, the default, is a row for every window. An output
+    /// always has a row.
+    #[serde(default)]
+    #[schemars(extend("minimum" = 0))]
+    pub record_interval: f64,
     /// Acceleration of gravity on fluid and structure (m/s²); none if left out.
     #[schemars(with = "Option<PerAxis<f64>>")]
     pub gravity: Vec<f64>,
-    /// Threads of each solver; 0, the default, is as many as the machine has.
+    /// Threads of each solver; 0, the default, is as many as the machine has, and more than four for each of
+    /// its cores are not started.
     #[serde(default)]
+    #[schemars(extend("maximum" = 4096))]
     pub threads: usize,
     /// Particle spacing Δx of both solvers (m).
     #[schemars(extend("exclusiveMinimum" = 0))]

@@ -1,12 +1,21 @@
 //! Where the two sides of a connection meet.
 
 use crate::Role;
+use sha2::{Digest, Sha256};
 use std::fmt;
+use std::fs;
+use std::os::unix::fs::MetadataExt;
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 /// The domain of all runs that do not ask for another.
 const DOMAIN: &str = "meniscus";
+/// The variable of the environment that names the domain's folder.
+pub const FOLDER: &str = "MENISCUS_FOLDER";
+/// Longest path (bytes) that a domain's folder and a name that begins with the folder's may have together:
+/// the sockets of iceoryx2 stand there, and their paths have 107 bytes at most.
+const LONGEST: usize = 68;
 
 /// Where a participant finds its coupler. A process is given it on its command line, as [`Address::connect`]
 /// writes it.
@@ -62,15 +71,39 @@ impl Address {
         format!("meniscus/{}/{}/to-coupler", self.run, self.role)
     }
 
-    /// The folder of the domain's files that are not in shared memory. Users have their own, since the first
-    /// to create it owns it.
+    /// The folder of the domain's files that are not in shared memory, this user's alone: `MENISCUS_FOLDER`
+    /// where the environment names it, as the coupler does for those whom it starts; else one in
+    /// `XDG_RUNTIME_DIR`, where that is fit for it, or in `/tmp`.
     pub fn root(&self) -> String {
-        format!("/tmp/{}", self.prefix().trim_end_matches('_'))
+        let own = self.own();
+        if let Ok(folder) = std::env::var(FOLDER)
+            && Path::new(&folder).file_name().is_some_and(|name| name.to_string_lossy().starts_with(&own))
+        {
+            return folder;
+        }
+        if let Ok(place) = std::env::var("XDG_RUNTIME_DIR")
+            && is_fit(Path::new(&place))
+        {
+            let place = place.trim_end_matches('/');
+            let digest: String = Sha256::digest(place).iter().take(4).map(|b| format!("{b:02x}")).collect();
+            let own = format!("{own}-{digest}");
+            if place.len() + 2 * own.len() <= LONGEST {
+                return format!("{place}/{own}");
+            }
+        }
+        format!("/tmp/{own}")
     }
 
-    /// The prefix of the domain's entries in shared memory, and of its files under [`Address::root`].
+    /// The prefix of the domain's entries in shared memory, and of its files under [`Address::root`], of
+    /// which it is the name: domains that stand in different places have different ones, so that none removes
+    /// what is another's.
     pub fn prefix(&self) -> String {
-        format!("{}-{}_", self.domain, rustix::process::geteuid().as_raw())
+        let root = self.root();
+        format!("{}_", root.rsplit('/').next().unwrap_or(&root))
+    }
+
+    fn own(&self) -> String {
+        format!("{}-{}", self.domain, rustix::process::geteuid().as_raw())
     }
 
     /// Refuses a domain whose name would be more than the name of a folder.
@@ -85,6 +118,16 @@ impl Address {
         }
         Ok(())
     }
+}
+
+/// Whether folders of domains can stand there: a directory of this user, by an absolute path, that nobody
+/// else can write. (`su` leaves that of another user in the environment.)
+fn is_fit(place: &Path) -> bool {
+    place.is_absolute()
+        && fs::metadata(place).is_ok_and(|there| {
+            let own = there.uid() == rustix::process::geteuid().as_raw();
+            own && there.is_dir() && there.mode() & 0o022 == 0
+        })
 }
 
 impl fmt::Display for Address {

@@ -7,6 +7,7 @@ use super::peer::{Alive, Peer};
 use super::{Address, Traffic};
 use crate::protocol::{Kind, MessageHeader, Payload, VERSION, unpack, words};
 use crate::{ParticipantError, Result};
+use ::words::text::{EXPLANATION, tame};
 use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -16,6 +17,8 @@ use std::time::{Duration, Instant};
 
 /// Between two looks at whether the other side lives and the run goes on.
 const SLICE: Duration = Duration::from_millis(50);
+/// For the end of one who takes no messages any more to be seen.
+const LEAVING: Duration = Duration::from_millis(1500);
 /// Between two attempts to open a link that is not there yet.
 const RETRY: Duration = Duration::from_millis(20);
 
@@ -99,7 +102,13 @@ impl<L: Link> Connection<L> {
             ..header
         };
         if !self.link.send(&header, payload, &during)? {
+            // Who takes nothing is mostly at its end, which is seen a moment after its ports are gone.
+            let deadline = Instant::now() + LEAVING;
             self.look();
+            while self.peer.end().is_none() && Instant::now() < deadline {
+                sleep(RETRY);
+                self.look();
+            }
             return Err(match self.peer.end() {
                 Some(how) => ParticipantError::Died { during: format!("{} ({how})", during()) },
                 None => ParticipantError::Transport {
@@ -117,6 +126,12 @@ impl<L: Link> Connection<L> {
             traffic.bytes_sent += 8 * payload.len() as u64;
         });
         Ok(())
+    }
+
+    /// The next message that is there, whoever sent it and has gone.
+    pub fn left(&mut self) -> Option<Message<L>> {
+        let message = self.link.take(&String::new).ok().flatten().map(Message)?;
+        message.check().is_ok().then_some(message)
     }
 
     /// Waits for the next message. `during` names what is waited for.
@@ -205,9 +220,18 @@ impl<L: Link> Message<L> {
         unpack(&self.payload()[self.payload().len() - words(bytes)..], bytes)
     }
 
-    /// The text, for people.
+    /// The text, for people: what a terminal can show, and no more than people read.
     pub fn words(&self) -> String {
-        String::from_utf8_lossy(&self.text()).into_owned()
+        // A character has at most four bytes.
+        let bytes = (self.header().text_bytes as usize).min(4 * EXPLANATION);
+        let text =
+            unpack(&self.payload()[self.payload().len() - words(self.header().text_bytes as usize)..], bytes);
+        let mut tamed = tame(&String::from_utf8_lossy(&text), EXPLANATION);
+        let left = self.header().text_bytes as usize - bytes;
+        if left > 0 {
+            tamed.push_str(&format!(" … ({left} more bytes)"));
+        }
+        tamed
     }
 
     fn payload(&self) -> &[f64] {

@@ -14,7 +14,7 @@ mod link;
 mod peer;
 
 pub use self::iceoryx2::{SharedMemory, WithinProcess, remove_stale};
-pub use address::{Address, new_run};
+pub use address::{Address, FOLDER, new_run};
 pub use connection::{Connection, Message};
 pub use link::{During, Link, Received};
 pub use peer::Alive;

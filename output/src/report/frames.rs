@@ -5,6 +5,7 @@ use super::picture::{self, Bar, Layer, Paint, View};
 use super::scale;
 use crate::atomic;
 use crate::error::{Result, read_error, write_error};
+use crate::files;
 use crate::pvd::{self, SeriesEntry};
 use crate::vtu::{self, Frame};
 use std::fs;
@@ -178,7 +179,7 @@ fn nearest(entries: &[SeriesEntry], time: f64) -> Option<&SeriesEntry> {
 
 /// Empties `folder` of the pictures of an earlier report.
 fn prepare(folder: &Path) -> Result<()> {
-    fs::create_dir_all(folder).map_err(write_error(folder))?;
+    files::folder(folder).map_err(write_error(folder))?;
     for entry in fs::read_dir(folder).map_err(read_error(folder))? {
         let path = entry.map_err(read_error(folder))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -1,6 +1,7 @@
 //! Reference values of a case: the `[[reference]]` tables of the `case.toml` that a run leaves.
 
 use crate::error::{Result, parse_error, read_error};
+use crate::files;
 use std::path::Path;
 
 /// Values of others for one column of `probes.csv`, in the column's unit.
@@ -33,7 +34,7 @@ pub(crate) struct Case {
 /// [`crate::Error::Read`] if it cannot be read; [`crate::Error::Parse`] if it is no TOML, or a reference
 /// lacks its `probe`, `time` or `value`, or their lengths differ.
 pub(crate) fn read_case(path: &Path) -> Result<Case> {
-    let text = std::fs::read_to_string(path).map_err(read_error(path))?;
+    let text = files::read_text(path, files::WORDS).map_err(read_error(path))?;
     let table: toml::Table =
         text.parse().map_err(|error: toml::de::Error| parse_error(path, error.to_string()))?;
     let inner = table.get("case").and_then(toml::Value::as_table);

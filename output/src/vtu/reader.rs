@@ -1,6 +1,7 @@
 //! Reads the VTU files that this crate writes, and no others.
 
 use crate::error::{Result, parse_error, read_error};
+use crate::files;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
 use std::path::Path;
@@ -46,7 +47,7 @@ impl Frame {
 /// # Errors
 /// [`crate::Error::Read`] if it cannot be read, [`crate::Error::Parse`] if it is not of that layout.
 pub fn read(path: &Path) -> Result<Frame> {
-    let text = std::fs::read_to_string(path).map_err(read_error(path))?;
+    let text = files::read_text(path, files::SNAPSHOT).map_err(read_error(path))?;
     parse(&text).map_err(|reason| parse_error(path, reason))
 }
 

@@ -250,7 +250,7 @@ fn the_report_has_every_figure_and_stands_alone() {
     fs::write(dir.join("frames/t9.0000.png"), "old").unwrap();
     fs::write(dir.join("frames/tip.png"), "mine").unwrap();
 
-    let path = write_report(&dir).unwrap();
+    let path = write_report(&dir).unwrap().page;
     let html = fs::read_to_string(&path).unwrap();
     assert_balanced(&html);
     for figure in [
@@ -298,7 +298,10 @@ fn what_a_killed_run_leaves_is_reported_as_far_as_it_goes() {
         .unwrap();
     fs::write(dir.join("probes.csv"), "t,tip.ux\n0,broken\n").unwrap();
     fs::write(dir.join("case.toml"), "[[reference]]\nprobe = \"tip.ux\"\n").unwrap();
-    let html = fs::read_to_string(write_report(&dir).unwrap()).unwrap();
+    let report = write_report(&dir).unwrap();
+    let named = |what: &str| report.notes.iter().any(|note| note.contains(what));
+    assert!(named("no summary.json") && named("`broken` in column `tip.ux`"), "{:?}", report.notes);
+    let html = fs::read_to_string(report.page).unwrap();
     assert_balanced(&html);
     assert!(html.contains("<h1>killed</h1>") && html.contains("no summary.json"));
     assert!(html.contains("`broken` in column `tip.ux`") && html.contains("has no `time`"));

@@ -30,24 +30,18 @@ struct Callbacks {
 /// `fmi2CoSimulation`.
 const CO_SIMULATION: i32 = 1;
 
-/// The importer's logger; the message is an argument of its format, so that no `%` in it is taken for one.
+/// The importer's logger; a `%` of the message is doubled, since it is a format. (As an argument of `%s` it
+/// would be lost to importers that leave the places of a format unfilled.)
 fn logger(name: &str, message: Option<LogMessage>, environment: *mut c_void) -> Logger {
     let name = CString::new(name.replace('\0', " ")).unwrap_or_default();
     Box::new(move |status, words| {
         let Some(message) = message else { return };
         let category = if status == Status::Ok { c"logEvents" } else { c"logStatusError" };
-        let words = CString::new(words.replace('\0', " ")).unwrap_or_default();
+        let words = CString::new(words.replace('\0', " ").replace('%', "%%")).unwrap_or_default();
         // SAFETY: the importer's function, with the environment it came with; all texts end with a zero and
         // live during the call.
         unsafe {
-            message(
-                environment,
-                name.as_ptr(),
-                status as i32,
-                category.as_ptr(),
-                c"%s".as_ptr(),
-                words.as_ptr(),
-            );
+            message(environment, name.as_ptr(), status as i32, category.as_ptr(), words.as_ptr());
         };
     })
 }

@@ -205,7 +205,7 @@ impl Model {
             Source::PressureGradient | Source::Position | Source::Velocity => {
                 self.declared_points * self.dimension()
             }
-            Source::ReferenceVolume => self.declared_points,
+            Source::ReferenceVolume | Source::InterfaceDensity => self.declared_points,
             _ => 1,
         }
     }
@@ -229,6 +229,7 @@ impl Model {
             Source::Position => return array(&self.outputs, names::POSITION, out),
             Source::Velocity => return array(&self.outputs, names::VELOCITY, out),
             Source::ReferenceVolume => return array(&self.outputs, names::REFERENCE_VOLUME, out),
+            Source::InterfaceDensity => return array(&self.outputs, names::DENSITY, out),
             Source::Time => self.time,
             Source::InterfacePoints => self.declared_points as f64,
             Source::Parameter(parameter) => self.parameter(parameter),

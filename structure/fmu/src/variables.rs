@@ -22,6 +22,8 @@ pub enum Source {
     Velocity,
     /// Reference volume (m³) of all interface particles.
     ReferenceVolume,
+    /// Density (kg/m³) of all interface particles, 0 of those that are held.
+    InterfaceDensity,
     /// Force (N) at a point of a reduced interface, one component.
     PointForce(usize, usize),
     /// Position (m) of a point, one component.
@@ -318,6 +320,14 @@ fn whole_interface(all: &mut Vec<Variable>) {
             CalculatedParameter,
             Quantity::Volume,
             "Reference volume of the interface particles (two dimensions: for one metre of depth)",
+        )
+        .shaped(Shape::Points),
+        Variable::new(
+            "interface_density",
+            Source::InterfaceDensity,
+            CalculatedParameter,
+            Quantity::Density,
+            "Reference density of the interface particles; 0 of those that are held and do not yield",
         )
         .shaped(Shape::Points),
     ]);

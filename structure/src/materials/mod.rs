@@ -54,7 +54,7 @@ pub struct Material {
     /// Young's modulus E (Pa).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub youngs_modulus: f64,
-    /// Poisson's ratio ν; over −1 and under 0.5, in plane stress at most 0.5.
+    /// Poisson's ratio ν; over −1 and under 0.5.
     pub poisson_ratio: f64,
     /// How two dimensions stand for three; in three dimensions `"three-dimensional"` if left out.
     pub assumption: Plane,

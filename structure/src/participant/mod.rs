@@ -338,6 +338,7 @@ fn describe<const D: usize>(case: &Case, method: &str, points: usize) -> Descrip
         dimension: D,
         ports,
         scalars,
+        notes: vec![],
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::materials::{Material, Plane};
 use crate::options::{Gradient, Options};
+use interfaces::case::participant::Start;
 use interfaces::case::section::{Json, Sections, and_with, laid_over, schema_of, to_table};
 use interfaces::case::structure::Structure;
 use interfaces::case::{Case, Findings};
@@ -73,9 +74,32 @@ fn resolve(file: &mut Case, findings: &mut Findings) {
     match options(&structure.numerics) {
         Ok(options) => {
             structure.numerics = to_table(&options);
+            if options.gradient == Gradient::Quadratic && structure.participant.start() == Start::Own {
+                check_layers(structure, findings);
+            }
             resolve_clamps(structure, options.gradient, dimension, findings);
         }
         Err(error) => findings.add("structure.numerics", error.message(), "compare it with the schema"),
+    }
+}
+
+/// Bodies bend by the quadratic gradient only where they are three layers of particles thick.
+fn check_layers(structure: &Structure, findings: &mut Findings) {
+    const LEAST: f64 = 3.0;
+    let spacing = structure.particle_spacing;
+    for (i, body) in structure.bodies.iter().enumerate() {
+        let least = body.bounds.extent().into_iter().fold(f64::INFINITY, f64::min);
+        let layers = (least / spacing).round().max(1.0);
+        if layers < LEAST && least >= spacing * (1.0 - 1e-9) {
+            findings.add(
+                format!("structure.body.{i}.box"),
+                format!("is {layers} layers of particles thick, and the quadratic gradient needs {LEAST}"),
+                format!(
+                    "take a particle_spacing of at most {:.3e} m, or structure.numerics.gradient = \"first-order\"",
+                    least / LEAST
+                ),
+            );
+        }
     }
 }
 
@@ -92,18 +116,9 @@ fn check_material(material: &Material, dimension: usize, findings: &mut Findings
         _ => {}
     }
     let ratio = material.poisson_ratio;
-    let plane_stress = material.assumption == Plane::Stress;
-    if ratio <= -1.0 || ratio > 0.5 || (ratio == 0.5 && !plane_stress) {
-        let (range, model) = match material.assumption {
-            Plane::Stress => ("over -1 and at most 0.5", "plane stress"),
-            Plane::Strain => ("over -1 and under 0.5", "plane strain"),
-            Plane::ThreeDimensional => ("over -1 and under 0.5", "three dimensions"),
-        };
-        findings.add(
-            "structure.material.poisson_ratio",
-            format!("must be {range} in {model}"),
-            "take 0.3 for metals, 0.4 to 0.49 for rubber",
-        );
+    if ratio <= -1.0 || ratio >= 0.5 {
+        let remedy = "take 0.3 for metals, 0.4 to 0.49 for rubber";
+        findings.add("structure.material.poisson_ratio", "must be over -1 and under 0.5", remedy);
     }
 }
 

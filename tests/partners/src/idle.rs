@@ -49,6 +49,7 @@ impl Idle {
                 dimension: 2,
                 ports,
                 scalars: vec![],
+                notes: vec![],
             },
             loads: if varies { (0..LOADS).map(load).collect() } else { Vec::new() },
             given: 0,

@@ -61,16 +61,35 @@ const ROWS: &[(&str, &str, &str)] = &[
      "line 50: coupling.sub_steps = 0: must be at least 1; its meaning: number of sub-steps in a window"),
     ("poisson_ratio = 0.3",
      "poisson_ratio = 0.5",
-     "line 30: structure.material.poisson_ratio = 0.5: must be over -1 and under 0.5 in plane strain; take 0.3 for metals, 0.4 to 0.49 for rubber"),
+     "line 30: structure.material.poisson_ratio = 0.5: must be over -1 and under 0.5; take 0.3 for metals, 0.4 to 0.49 for rubber"),
     ("poisson_ratio = 0.3",
-     "poisson_ratio = 0.51\nassumption = \"plane-stress\"",
-     "line 30: structure.material.poisson_ratio = 0.51: must be over -1 and at most 0.5 in plane stress; take 0.3 for metals, 0.4 to 0.49 for rubber"),
+     "poisson_ratio = 0.5\nassumption = \"plane-stress\"",
+     "line 30: structure.material.poisson_ratio = 0.5: must be over -1 and under 0.5; take 0.3 for metals, 0.4 to 0.49 for rubber"),
     ("poisson_ratio = 0.3",
      "poisson_ratio = 0.3\nassumption = \"three-dimensional\"",
      "line 31: structure.material.assumption = \"three-dimensional\": does not fit two dimensions; take \"plane-strain\" or \"plane-stress\""),
+    // Sizes, counted before anything is made.
     ("output_interval = 0.01",
-     "output_interval = 0.2",
-     "line 5: case.output_interval = 0.2: is longer than the run of 0.1 s; take at most case.end_time"),
+     "output_interval = 1e-9",
+     "line 5: case.output_interval = 1e-9: asks for 1.0e8 outputs in 0.1 s; take an interval for at most 1e6"),
+    ("[[probe]]",
+     "[coupling]\nmax_window = 1e-300\n[[probe]]",
+     "line 50: coupling.max_window = 1e-300: asks for 1.0e299 windows in 0.1 s; take a size for at most 1e11, or leave it out"),
+    ("[[probe]]",
+     "[coupling]\ndeadline = 1e300\n[[probe]]",
+     "line 50: coupling.deadline = 1e300: must be at most 1e30 in size; its meaning: longest wait for an answer of a participant (s)"),
+    ("[[probe]]",
+     "[coupling]\ndeadline = 1e20\n[[probe]]",
+     "line 50: coupling.deadline = 1e20: must be over 0 and at most 1000000; its meaning: longest wait for an answer of a participant (s)"),
+    ("[0.0, -9.81]",
+     "[0.0, -1e300]",
+     "line 6: case.gravity.1 = -1e300: must be at most 1e30 in size; its meaning: acceleration of gravity on fluid and structure (m/s²); none if left out"),
+    ("1e-6\n",
+     "1e-6\nnumerics = { smoothing_ratio = 1e-3 }\n",
+     "line 12: fluid.numerics.smoothing_ratio = 0.001: must be 0.5 to 3; take 1.2 to 1.5"),
+    ("dimension = 2",
+     "dimension = 2\nthreads = 1000000",
+     "line 4: case.threads = 1000000: must be at most 4096; its meaning: threads of each solver; 0, the default, is as many as the machine has, and more than four for each of its cores are not started"),
     ("1e-6\n",
      "1e-6\nnumerics = { surface_thresholds = [1.8, 1.6] }\n",
      "line 12: fluid.numerics.surface_thresholds = [1.8, 1.6]: do not grow; write the lower threshold first"),
@@ -104,7 +123,7 @@ const ROWS: &[(&str, &str, &str)] = &[
      "line 16: fluid.region.0.box: the region \"water\" is cut by the wall \"left\"; move or shrink one of them; they may touch"),
     ("solid_side = \"right\"",
      "solid_side = \"left\"",
-     "line 21: fluid.wall.0.solid_side = \"left\": puts the region \"water\" into the solid; take the other side, or move the region"),
+     "line 21: fluid.wall.0.solid_side = \"left\": puts the region \"water\" into the solid; take the other side, or move what is in it"),
     // Walls, participants, coupling.
     ("[0.0, 0.8], [0.0, 0.0]",
      "[0.0, 0.8]",
@@ -308,4 +327,51 @@ fn a_file_that_is_not_there_is_named() {
     let errors = Case::load(Path::new("no/such/case.toml"), &[], &[]).unwrap_err();
     let message = errors.to_string();
     assert!(message.starts_with("no/such/case.toml: 1 mistake:\n  cannot be read: "), "{message}");
+}
+
+/// Of what would take more than this machine has, the largest part is named, with particles and memory.
+#[test]
+fn what_would_not_fit_into_memory_is_refused_before_it_is_made() {
+    for (from, to, key) in [
+        ("particle_spacing = 0.01", "particle_spacing = 1e-9", "fluid.region.0.box"),
+        ("low = [-0.1, -0.2], high = [1.1, 1.0]", "low = [-1e9, -0.2], high = [1e9, 1e9]", "fluid.domain"),
+    ] {
+        let started = std::time::Instant::now();
+        let found = mistakes(Case::parse(&changed(from, to), Path::new("case.toml"), &[], &SECTIONS));
+        let named =
+            |line: &&String| line.contains(key) && line.contains("GB of memory, and this machine has");
+        assert!(found.iter().any(|line| named(&line)), "{key}: {found:#?}");
+        assert!(started.elapsed().as_secs() < 5);
+    }
+    let wall = "[[fluid.wall]]\nname = \"long\"\nbox = { low = [0.0, -0.2], high = [1e12, -0.1] }\n[[structure.body]]";
+    let found =
+        mistakes(Case::parse(&changed("[[structure.body]]", wall), Path::new("case.toml"), &[], &SECTIONS));
+    assert!(found.iter().any(|line| line.contains("\"long\"") || line.contains("fluid.wall.")), "{found:#?}");
+}
+
+/// Overlaps that a run would not survive, and those that are meant.
+#[test]
+fn what_moves_overlaps_nothing_and_bodies_stay_out_of_solids() {
+    let wall = |name: &str, low: &str, high: &str, more: &str| {
+        format!("[[fluid.wall]]\nname = \"{name}\"\nbox = {{ low = {low}, high = {high} }}\n{more}\n")
+    };
+    let lifts = "motion = { direction = [0.0, 1.0], table = [[0.0, 0.0], [1.0, 1.0]] }";
+    let bed = wall("bed2", "[0.0, -0.19]", "[1.0, -0.1]", "");
+    let found = |more: String| {
+        let text = changed("[[structure.body]]", &format!("{more}[[structure.body]]"));
+        mistakes(Case::parse(&text, Path::new("case.toml"), &[], &SECTIONS))
+    };
+    let fixed = found(bed.clone() + &wall("post", "[0.2, -0.15]", "[0.25, -0.05]", ""));
+    assert!(!fixed.iter().any(|line| line.contains("overlaps the wall")), "{fixed:#?}");
+    let gate = found(bed.clone() + &wall("gate2", "[0.2, -0.15]", "[0.25, -0.05]", lifts));
+    assert!(
+        gate.iter()
+            .any(|line| line.contains("\"gate2\" overlaps the wall \"bed2\", and the wall \"gate2\" moves")),
+        "{gate:#?}"
+    );
+    let thin = found(wall("foil", "[0.2, -0.15]", "[0.201, -0.05]", ""));
+    assert!(
+        thin.iter().any(|line| line.contains("is thinner (0.001 m) than one particle spacing")),
+        "{thin:#?}"
+    );
 }

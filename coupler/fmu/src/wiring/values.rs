@@ -1,8 +1,9 @@
 //! Where the values of one port are: an array, a list or a pattern of scalars, or one value for all points.
 
-use super::{Plan, Values, ports_of};
+use super::{Plan, Sourced, Values, ports_of};
 use crate::description::{Causality, Dimension, Type, Variable};
 use interfaces::case::unit::{ParameterValue, Source};
+use interfaces::participant::MOST_VALUES;
 use interfaces::{Direction, Exchange};
 
 impl Plan<'_> {
@@ -14,12 +15,12 @@ impl Plan<'_> {
         components: usize,
         direction: Direction,
         exchange: Exchange,
-    ) -> Option<(Values, Option<usize>)> {
+    ) -> Option<Sourced> {
         let key = self.key(&format!("variables.{port}"));
         let names = match source {
             Source::Number(number) => {
                 if exchange == Exchange::Constant && direction == Direction::Out {
-                    return Some((Values::Number(*number), None));
+                    return Some(Sourced { values: Values::Number(*number), points: None, factor: 1.0 });
                 }
                 self.mismatches.push(format!("{key} = {number}: a number stands for what a {} gives once, and `{port}` is none of these; name variables", self.role));
                 return None;
@@ -53,8 +54,13 @@ impl Plan<'_> {
             return None;
         }
         let points = variables.len() / components;
-        self.check_unit(port, &variables[0]);
-        Some((Values::Variables(variables.iter().map(|variable| variable.reference).collect()), Some(points)))
+        let factor = self.factor(&key, port, &variables[0])?;
+        if variables.iter().any(|variable| variable.unit != variables[0].unit) {
+            self.mismatches.push(format!("{key}: the variables are in different units"));
+            return None;
+        }
+        let values = Values::Variables(variables.iter().map(|variable| variable.reference).collect());
+        Some(Sourced { values, points: Some(points), factor })
     }
 
     /// Values of a port for which the case says nothing: the variable of its own name, where that fits.
@@ -64,8 +70,14 @@ impl Plan<'_> {
         components: usize,
         direction: Direction,
         exchange: Exchange,
-    ) -> Option<(Values, Option<usize>)> {
-        let variable = self.description.variable(port)?.clone();
+    ) -> Option<Sourced> {
+        // Of a unit with a density for each particle and one as its parameter it is the former.
+        let of_each = self.description.variable(&format!("interface_{port}"));
+        let Some(variable) = of_each.or_else(|| self.description.variable(port)).cloned() else {
+            // The scalars of a unit that meniscus exported as FMI 2.0.
+            let names = self.pattern(&format!("point[{{point}}].{port}.{{axis}}"), components).ok()?;
+            return self.said(port, &Source::Names(names), components, direction, exchange);
+        };
         let key = self.key(&format!("variables.{port}"));
         // A variable that only happens to have the name is none of the interface's.
         let scalar_of_many = variable.dimensions.is_empty()
@@ -84,21 +96,22 @@ impl Plan<'_> {
         components: usize,
         direction: Direction,
         exchange: Exchange,
-    ) -> Option<(Values, Option<usize>)> {
+    ) -> Option<Sourced> {
         if !self.may(key, variable, direction) {
             return None;
         }
-        self.check_unit(key.rsplit('.').next().unwrap_or(key), variable);
+        let factor = self.factor(key, key.rsplit('.').next().unwrap_or(key), variable)?;
         let name = &variable.name;
         if variable.dimensions.is_empty() {
             if exchange == Exchange::Constant && direction == Direction::Out && components == 1 {
-                return Some((Values::Same(variable.reference), None));
+                return Some(Sourced { values: Values::Same(variable.reference), points: None, factor });
             }
             if components > 1 {
                 self.mismatches.push(format!("{key}: `{name}` is a scalar; name an array, a list, or a pattern with {{point}} and {{axis}}"));
                 return None;
             }
-            return Some((Values::Variables(vec![variable.reference]), Some(1)));
+            let values = Values::Variables(vec![variable.reference]);
+            return Some(Sourced { values, points: Some(1), factor });
         }
         let mut lengths = Vec::new();
         for dimension in &variable.dimensions {
@@ -110,7 +123,14 @@ impl Plan<'_> {
                 }
             }
         }
-        let total: usize = lengths.iter().product();
+        let product = lengths.iter().try_fold(1_usize, |total, length| total.checked_mul(*length));
+        let Some(total) = product.filter(|total| *total <= MOST_VALUES) else {
+            let what = format!(
+                "{key}: `{name}` is an array of {lengths:?}, and {MOST_VALUES} values are taken at most"
+            );
+            self.mismatches.push(what);
+            return None;
+        };
         let by_point = lengths.len() == 1 || lengths.last() == Some(&components) || components == 1;
         if total == 0 || !total.is_multiple_of(components) || !by_point {
             self.mismatches.push(format!(
@@ -118,7 +138,8 @@ impl Plan<'_> {
             ));
             return None;
         }
-        Some((Values::Variables(vec![variable.reference]), Some(total / components)))
+        let values = Values::Variables(vec![variable.reference]);
+        Some(Sourced { values, points: Some(total / components), factor })
     }
 
     /// Names of scalars, point by point, as far as there are variables of that name.
@@ -189,12 +210,36 @@ impl Plan<'_> {
         true
     }
 
-    fn check_unit(&mut self, port: &str, variable: &Variable) {
+    /// What the port's variable has to be multiplied by to be in the port's unit. One of which nothing is
+    /// said is taken to be in it; one that is in another unit, and does not say what that is, is refused.
+    fn factor(&mut self, key: &str, port: &str, variable: &Variable) -> Option<f64> {
         let quantity = ports_of(self.role).into_iter().find(|(name, ..)| *name == port).map(|(_, q, ..)| q);
-        let (Some(quantity), Some(unit)) = (quantity, &variable.unit) else { return };
-        if unit != quantity.unit() {
-            let (name, wanted) = (&variable.name, quantity.unit());
-            self.notes.push(format!("`{name}` is in `{unit}`; port `{port}` takes its numbers as {wanted}"));
+        let (Some(quantity), Some(unit)) = (quantity, &variable.unit) else { return Some(1.0) };
+        let (name, wanted) = (&variable.name, quantity.unit());
+        let plain =
+            |unit: &str| unit.replace(['^', '\u{b2}'], "").replace('\u{b3}', "3").replace("N/m3", "Pa/m");
+        if plain(unit) == wanted {
+            return Some(1.0);
+        }
+        match self.description.units.get(unit).map(|base| (base, base.factor_to(wanted))) {
+            Some((_, Some(factor))) => {
+                if factor != 1.0 {
+                    self.notes
+                        .push(format!("`{name}` is in `{unit}`: its numbers are taken {factor:e} times"));
+                }
+                Some(factor)
+            }
+            Some((base, None)) => {
+                let what = format!("{key}: `{name}` is in `{unit}`, which is {base}; {wanted} belongs here");
+                self.mismatches.push(what);
+                None
+            }
+            None => {
+                self.mismatches.push(format!(
+                    "{key}: `{name}` is in `{unit}`, of which the unit does not say what it is in SI units; {wanted} belongs here"
+                ));
+                None
+            }
         }
     }
 

@@ -79,13 +79,14 @@ impl Spring {
                 r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="Spring" instantiationToken="spring">
   <CoSimulation modelIdentifier="spring" canGetAndSetFMUState="{keeps}" canSerializeFMUState="{keeps}" canHandleVariableCommunicationStepSize="{varies}"/>
+  <UnitDefinitions><Unit name="speed"><BaseUnit m="1" s="-1"/></Unit></UnitDefinitions>
   <TypeDefinitions><Float64Type name="Length" unit="m"/></TypeDefinitions>
   <ModelVariables>
     <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
     <UInt64 name="nodes" valueReference="1" causality="structuralParameter" variability="fixed" start="5"/>
     <Float64 name="grad_p" valueReference="2" causality="input" start="0" unit="Pa/m"><Dimension valueReference="1"/><Dimension start="2"/></Float64>
     <Float64 name="r" valueReference="3" causality="output" declaredType="Length"><Dimension valueReference="1"/><Dimension start="2"/><Alias name="coordinates"/></Float64>
-    <Float64 name="v" valueReference="4" causality="output" unit="km/h"><Dimension valueReference="1"/><Dimension start="2"/></Float64>
+    <Float64 name="v" valueReference="4" causality="output" unit="speed"><Dimension valueReference="1"/><Dimension start="2"/></Float64>
     <Float64 name="volume" valueReference="5" causality="calculatedParameter" variability="fixed"><Dimension valueReference="1"/></Float64>
     <Float64 name="stiffness" valueReference="6" causality="parameter" variability="fixed" start="1e3"/>
     <Int32 name="steps" valueReference="7" causality="parameter" variability="fixed" start="10"/>

@@ -1,7 +1,8 @@
 /* A unit as a stranger might write it: points that move together on a spring under the pressure gradient that they are given,
  * m u'' + k u = -sum V grad p, by the classical Runge-Kutta method. FMI_VERSION is 2 or 3.
  *
- * On request it misbehaves from a given time on: `fault` 1 fails the step, 2 ends the process, 3 hangs, 4 gives what is no number, 5 asks for the end. */
+ * On request it misbehaves from a given time on: `fault` 1 fails the step, 2 ends the process, 3 hangs, 4 gives what is no number, 5 asks for the end,
+ * 6 leaves the velocity out of the state that it goes back to. */
 
 #include <math.h>
 #include <stdbool.h>
@@ -40,7 +41,7 @@ typedef struct {
 
 static void say(Unit *unit, const char *words) {
     if (unit->log3) unit->log3(unit->environment, ERROR, "logStatusError", words);
-    if (unit->log2) unit->log2(unit->environment, "spring", ERROR, "logStatusError", words);
+    if (unit->log2) unit->log2(unit->environment, "spring", ERROR, "logStatusError", "%s of %d at %g", words, 5, unit->s.time);
 }
 
 static Unit *new_unit(void *environment, Log3 log3, Log2 log2) {
@@ -90,6 +91,13 @@ static double kinetic(const State *s) { return 0.5 * mass(s) * (s->v[0] * s->v[0
 
 static double position(const State *s, uint64_t point, int c) {
     return s->u[c] + (c == 0 ? SPACING * (double)point : 0.0);
+}
+
+static int restore(Unit *unit, void *state) {
+    const double v[2] = {unit->s.v[0], unit->s.v[1]};
+    memcpy(&unit->s, state, sizeof(State));
+    if (unit->s.fault == 6) memcpy(unit->s.v, v, sizeof v);
+    return OK;
 }
 
 static size_t save(Unit *unit, void **state) {
@@ -178,7 +186,7 @@ int fmi3DoStep(void *unit, double start, double size, bool prior, bool *event, b
 }
 
 int fmi3GetFMUState(void *unit, void **state) { return save(unit, state); }
-int fmi3SetFMUState(void *unit, void *state) { memcpy(&((Unit *)unit)->s, state, sizeof(State)); return OK; }
+int fmi3SetFMUState(void *unit, void *state) { return restore(unit, state); }
 int fmi3FreeFMUState(void *unit, void **state) { free(*state); *state = NULL; return OK; }
 int fmi3SerializedFMUStateSize(void *unit, void *state, size_t *size) { *size = sizeof(State); return OK; }
 int fmi3SerializeFMUState(void *unit, void *state, uint8_t *bytes, size_t size) { memcpy(bytes, state, size); return OK; }
@@ -259,7 +267,7 @@ int fmi2DoStep(void *unit, double start, double size, int no_going_back) {
 }
 
 int fmi2GetFMUstate(void *unit, void **state) { return save(unit, state); }
-int fmi2SetFMUstate(void *unit, void *state) { memcpy(&((Unit *)unit)->s, state, sizeof(State)); return OK; }
+int fmi2SetFMUstate(void *unit, void *state) { return restore(unit, state); }
 int fmi2FreeFMUstate(void *unit, void **state) { free(*state); *state = NULL; return OK; }
 int fmi2SerializedFMUstateSize(void *unit, void *state, size_t *size) { *size = sizeof(State); return OK; }
 int fmi2SerializeFMUstate(void *unit, void *state, char *bytes, size_t size) { memcpy(bytes, state, size); return OK; }

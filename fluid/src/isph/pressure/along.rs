@@ -109,8 +109,9 @@ impl<const D: usize> Along<D> {
     }
 
     /// Pressure gradients (Pa/m) by which Eq. (18) carries the pressure onto boundaries, from those of
-    /// [`gradients`](Self::gradients): along the boundary `G_a` as far as it is trusted, `weight = ρ (g − a_w)`
-    /// (Pa/m) at the particle for the rest and across, `a_w` the acceleration of walls across their surface.
+    /// [`gradients`](Self::gradients): along the boundary `G_a` as far as it is trusted, `weight = ρ (g −
+    /// a_w)` (Pa/m) at the particle for the rest and across, `a_w` the acceleration of walls across their
+    /// surface.
     pub fn slopes(
         &self,
         weight: impl Fn(usize) -> Vector<D>,

@@ -46,8 +46,8 @@ pub fn corrected_accelerations<const D: usize>(
 const EXCESS: f64 = 2.5e-4;
 
 /// Share of the energy that the projection took which Eq. (18) may give back to water at rest. Given back in
-/// full, it keeps alive what the projection is there to take: water at rest 100 particles deep in a rigid tank
-/// (0.1 to 0.4 s) then presses with 782 ± 69 N, with this share with 783.0 ± 2.4 N; 782.1 N are right.
+/// full, it keeps alive what the projection is there to take: water at rest 100 particles deep in a rigid
+/// tank (0.1 to 0.4 s) then presses with 782 ± 69 N, with this share with 783.0 ± 2.4 N; 782.1 N are right.
 const LENT_AT_REST: f64 = 0.2;
 
 /// The same of water that moves, from its kinetic energy and `M u_ref²` (J).

@@ -1,8 +1,8 @@
 //! Neighbours, surface, and the operator of the pressure Poisson equation.
 
+use crate::boundaries::sampling::BoundaryPoints;
 use crate::boundaries::ties;
 use crate::error::Error;
-use crate::interface::BoundaryPoints;
 use crate::isph::options::{Options, Preconditioner, Scheme};
 use crate::isph::pressure::adjoint_pair::{self, AdjointPair};
 use crate::isph::pressure::hierarchy::{Hierarchy, Origin};

@@ -8,8 +8,9 @@ pub(crate) mod scratch;
 mod solves;
 mod velocity;
 
+use crate::boundaries::sampling::BoundaryPoints;
 use crate::error::Error;
-use crate::interface::{BoundaryPoints, InterfaceInput};
+use crate::interface::InterfaceInput;
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
 use crate::report::StepReport;

@@ -1,8 +1,8 @@
 //! Where particles go, who is left, and the balances.
 
 use crate::boundaries::contact::{self, Approach};
+use crate::boundaries::sampling::BoundaryPoints;
 use crate::error::Error;
-use crate::interface::BoundaryPoints;
 use crate::isph::shifting::{self, ShiftingInput};
 use crate::isph::solver::Isph;
 use crate::isph::state::State;

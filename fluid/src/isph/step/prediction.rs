@@ -1,7 +1,7 @@
 //! The velocity without pressure.
 
+use crate::boundaries::sampling::BoundaryPoints;
 use crate::boundaries::ties;
-use crate::interface::BoundaryPoints;
 use crate::isph::interface_load;
 use crate::isph::options::Tearing;
 use crate::isph::pressure::adjoint_pair::AdjointPair;

@@ -1,7 +1,8 @@
 //! Memory of a step.
 
+use crate::boundaries::sampling::BoundaryPoints;
 use crate::boundaries::ties::Tie;
-use crate::interface::{BoundaryPoints, StructureSurface};
+use crate::interface::StructureSurface;
 use crate::isph::interface_load::WallForces;
 use crate::isph::pressure::along::Along;
 use crate::isph::pressure::conjugate_gradients;

@@ -1,7 +1,7 @@
 //! The two solves of a step: displacements that mend the density, and the pressure.
 
+use crate::boundaries::sampling::BoundaryPoints;
 use crate::error::Error;
-use crate::interface::BoundaryPoints;
 use crate::isph::pressure::conjugate_gradients::{self, Limits};
 use crate::isph::pressure::position_projection;
 use crate::isph::pressure::preconditioner::PressurePreconditioner;

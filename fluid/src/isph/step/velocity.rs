@@ -1,6 +1,6 @@
 //! From pressure to velocity, and the loads that go with it.
 
-use crate::interface::BoundaryPoints;
+use crate::boundaries::sampling::BoundaryPoints;
 use crate::isph::interface_load::{self, Carried};
 use crate::isph::options::{Load, Scheme};
 use crate::isph::pressure::adjoint_pair::AdjointPair;

@@ -2,6 +2,7 @@
 
 use super::is_own;
 use super::parts::{check_box, check_filled_box, check_names, check_participant};
+use crate::case::defaults::characteristic_speed;
 use crate::case::findings::Findings;
 use crate::case::fluid::{Fluid, Wall, WallMotion};
 use crate::case::keys::General;
@@ -27,7 +28,7 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
         }
     }
     for (i, wall) in fluid.walls.iter().enumerate() {
-        check_wall(&format!("fluid.wall.{i}"), wall, case.dimension, findings);
+        check_wall(&format!("fluid.wall.{i}"), wall, fluid.particle_spacing, case.dimension, findings);
         if let Some(motion) = &wall.motion {
             check_motion(&format!("fluid.wall.{i}.motion"), motion, findings);
         }
@@ -35,8 +36,26 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     if fluid.regions.is_empty() && is_own(&fluid.participant) {
         findings.add("fluid", "there is no fluid in it", "add a [[fluid.region]]");
     }
-    let needs_speed = is_own(&fluid.participant) && !fluid.regions.is_empty();
-    if needs_speed && fluid.characteristic_speed == 0.0 {
+    check_characteristic_speed(fluid, &case.gravity, findings);
+}
+
+fn check_characteristic_speed(fluid: &Fluid, gravity: &[f64], findings: &mut Findings) {
+    if !is_own(&fluid.participant) || fluid.regions.is_empty() {
+        return;
+    }
+    let speed = fluid.characteristic_speed;
+    let is_known = gravity.iter().all(|g| g.is_finite())
+        && fluid
+            .regions
+            .iter()
+            .filter_map(Region::shape)
+            .all(|bounds| bounds.low.iter().chain(&bounds.high).all(|x| x.is_finite()));
+    // One that was written and found wrong is not finite either.
+    if is_known && !speed.is_finite() && !characteristic_speed(fluid, gravity).is_finite() {
+        let problem = format!("cannot be taken from gravity and the regions: it would be {speed} m/s");
+        findings.add("fluid.characteristic_speed", problem, "add it, or correct case.gravity");
+    }
+    if speed == 0.0 {
         findings.add(
             "fluid.characteristic_speed",
             "is missing, and there is neither gravity nor a velocity at the start to take it from",
@@ -70,12 +89,12 @@ fn check_region(key: &str, region: &Region, dimension: usize, findings: &mut Fin
     }
 }
 
-fn check_wall(key: &str, wall: &Wall, dimension: usize, findings: &mut Findings) {
+fn check_wall(key: &str, wall: &Wall, spacing: f64, dimension: usize, findings: &mut Findings) {
     match (&wall.bounds, &wall.polyline) {
         (Some(_), Some(_)) => findings.add(key, "has both box and polyline", "make two walls of it"),
         (None, None) => findings.add(key, "has no shape", "add box or polyline"),
         (Some(bounds), None) => {
-            check_box(&format!("{key}.box"), bounds, findings);
+            check_filled_box(&format!("{key}.box"), bounds, spacing, findings);
             if wall.solid_side.is_some() {
                 findings.add(format!("{key}.solid_side"), "is for polylines", "leave it out: a box is solid");
             }

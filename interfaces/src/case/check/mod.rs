@@ -8,6 +8,7 @@ mod fluid;
 mod overlaps;
 mod parts;
 mod records;
+mod sizes;
 mod structure;
 
 use super::coupling::CouplingScheme;
@@ -44,17 +45,14 @@ pub(super) fn check(file: &mut Case, coupling: Option<&Table>, solvers: &[Sectio
     }
     overlaps::check(file, &mut findings);
     records::check(file, &mut findings);
+    sizes::check(file, coupling, &mut findings);
     findings.errors
 }
 
 fn check_whole(file: &Case, coupling: Option<&Table>, findings: &mut Findings) {
     let case = &file.general;
-    if case.output_interval > case.end_time {
-        findings.add(
-            "case.output_interval",
-            format!("is longer than the run of {} s", case.end_time),
-            "take at most case.end_time",
-        );
+    if case.title.chars().any(char::is_control) {
+        findings.add("case.title", "has control characters", "write one line of plain text");
     }
     if file.fluid.is_none() && file.structure.is_none() {
         findings.add("", "the case has neither [fluid] nor [structure]", "add at least one of them");

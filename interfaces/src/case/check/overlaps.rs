@@ -62,7 +62,16 @@ pub(super) fn check(file: &Case, findings: &mut Findings) {
     between(&bodies, &regions, tolerance, findings);
     between(&bodies, &walls, tolerance, findings);
     clamps_in_fluid(file, &regions, tolerance, findings);
-    for region in &regions {
+    let moving: Vec<&str> = file
+        .fluid
+        .iter()
+        .flat_map(|fluid| &fluid.walls)
+        .filter(|wall| wall.motion.is_some())
+        .map(|wall| wall.name.as_str())
+        .collect();
+    walls_that_move(&walls, &moving, tolerance, findings);
+    clamps_in_moving_walls(file, &walls, &moving, tolerance, findings);
+    for region in regions.iter().chain(&bodies) {
         beside_polylines(region, file.fluid.as_ref().map_or(&[], |fluid| &fluid.walls), tolerance, findings);
     }
 }
@@ -94,6 +103,24 @@ fn among(parts: &[Part<'_>], tolerance: f64, findings: &mut Findings) {
     }
 }
 
+/// Walls that stay may overlap, as at the corners of a tank. One that moves would drag its particles through
+/// the other's.
+fn walls_that_move(walls: &[Part<'_>], moving: &[&str], tolerance: f64, findings: &mut Findings) {
+    let moves = |part: &Part<'_>| moving.iter().any(|name| part.what == format!("the wall \"{name}\""));
+    for (i, part) in walls.iter().enumerate() {
+        for other in &walls[..i] {
+            if (moves(part) || moves(other)) && part.bounds.overlaps(&other.bounds, tolerance) {
+                let mover = if moves(part) { part } else { other };
+                findings.add(
+                    part.key.as_str(),
+                    format!("{} overlaps {}, and {} moves", part.what, other.what, mover.what),
+                    "move or shrink one of them; they may touch",
+                );
+            }
+        }
+    }
+}
+
 fn between(parts: &[Part<'_>], others: &[Part<'_>], tolerance: f64, findings: &mut Findings) {
     for part in parts {
         for other in others {
@@ -104,18 +131,9 @@ fn between(parts: &[Part<'_>], others: &[Part<'_>], tolerance: f64, findings: &m
     }
 }
 
-/// The fixed rows beyond a clamped face may lie in a wall, but not in fluid.
+/// The fixed rows beyond a clamped face may lie in a wall that stays, but not in fluid.
 fn clamps_in_fluid(file: &Case, regions: &[Part<'_>], tolerance: f64, findings: &mut Findings) {
-    let Some(structure) = &file.structure else { return };
-    for (i, clamp) in structure.clamps.iter().enumerate() {
-        let body = structure.bodies.iter().find(|body| body.name == clamp.body);
-        let (Some(face), Some(body)) = (clamp.face, body) else { continue };
-        if face.axis() >= file.general.dimension {
-            continue;
-        }
-        let cells = body.bounds.lattice_counts(structure.particle_spacing)[face.axis()] as f64;
-        let depth = f64::from(clamp.rows.unwrap_or(0)) * body.bounds.extent()[face.axis()] / cells;
-        let rows = body.bounds.beyond(face, depth);
+    for (i, rows) in fixed_rows(file) {
         for region in regions.iter().filter(|region| rows.overlaps(&region.bounds, tolerance)) {
             findings.add(
                 format!("structure.clamp.{i}"),
@@ -126,7 +144,45 @@ fn clamps_in_fluid(file: &Case, regions: &[Part<'_>], tolerance: f64, findings: 
     }
 }
 
-/// A polyline must not cut a region, and the region must lie on its open side.
+/// What is clamped stays where it is; a wall around it that moves away, or through it, does not.
+fn clamps_in_moving_walls(
+    file: &Case,
+    walls: &[Part<'_>],
+    moving: &[&str],
+    tolerance: f64,
+    findings: &mut Findings,
+) {
+    for (i, rows) in fixed_rows(file) {
+        for wall in walls.iter().filter(|wall| rows.overlaps(&wall.bounds, tolerance)) {
+            if moving.iter().any(|name| wall.what == format!("the wall \"{name}\"")) {
+                findings.add(
+                    format!("structure.clamp.{i}"),
+                    format!("its fixed rows lie in {}, which moves, and a clamp stays", wall.what),
+                    "clamp another face, or leave the wall's motion out",
+                );
+            }
+        }
+    }
+}
+
+/// The place of the fixed rows of each clamp that has any, with its index.
+fn fixed_rows(file: &Case) -> Vec<(usize, AxisBox)> {
+    let Some(structure) = &file.structure else { return Vec::new() };
+    let mut found = Vec::new();
+    for (i, clamp) in structure.clamps.iter().enumerate() {
+        let body = structure.bodies.iter().find(|body| body.name == clamp.body);
+        let (Some(face), Some(body)) = (clamp.face, body) else { continue };
+        if face.axis() >= file.general.dimension {
+            continue;
+        }
+        let cells = body.bounds.lattice_counts(structure.particle_spacing)[face.axis()] as f64;
+        let depth = f64::from(clamp.rows.unwrap_or(0)) * body.bounds.extent()[face.axis()] / cells;
+        found.push((i, body.bounds.beyond(face, depth)));
+    }
+    found
+}
+
+/// A polyline must not cut a region or a body, and it must lie on its open side.
 fn beside_polylines(region: &Part<'_>, walls: &[Wall], tolerance: f64, findings: &mut Findings) {
     let centre: Vec<_> =
         region.bounds.low.iter().zip(&region.bounds.high).map(|(low, high)| 0.5 * (low + high)).collect();
@@ -157,7 +213,7 @@ fn beside_polylines(region: &Part<'_>, walls: &[Wall], tolerance: f64, findings:
         findings.add(
             format!("fluid.wall.{i}.solid_side"),
             format!("puts {} into the solid", region.what),
-            "take the other side, or move the region",
+            "take the other side, or move what is in it",
         );
     }
 }

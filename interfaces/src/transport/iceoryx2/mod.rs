@@ -7,6 +7,8 @@
 
 mod node;
 mod presence;
+mod private;
+mod room;
 
 pub use node::remove_stale;
 
@@ -50,7 +52,7 @@ unsafe impl ZeroCopySend for MessageHeader {
 ///
 /// The ports stand before the services and those before the node, since that is the order in which they have
 /// to be dropped.
-pub struct Ports<S: Service> {
+pub struct Ports<S: Service + 'static> {
     publisher: Publisher<S, [f64], MessageHeader>,
     subscriber: Subscriber<S, [f64], MessageHeader>,
     notifier: Notifier<S>,
@@ -60,6 +62,8 @@ pub struct Ports<S: Service> {
     node: OwnNode<S>,
     /// The node on the other side, once it was seen.
     peer: Option<UniqueNodeId>,
+    /// Doubles of a message for which there is room in shared memory.
+    longest: usize,
 }
 
 /// The services of one direction.
@@ -68,9 +72,10 @@ struct Services<S: Service> {
     events: event::PortFactory<S>,
 }
 
-impl<S: Service> Ports<S> {
+impl<S: Service + 'static> Ports<S> {
     fn over(node: OwnNode<S>, incoming: Services<S>, outgoing: Services<S>) -> Result<Self> {
         // What receives comes first, so that whoever sees our sender can already be heard.
+        room::look(room::FIRST).map_err(no_room)?;
         let subscriber =
             incoming.messages.subscriber_builder().create().map_err(failed("creating a subscriber"))?;
         let listener = incoming.events.listener_builder().create().map_err(failed("creating a listener"))?;
@@ -84,6 +89,7 @@ impl<S: Service> Ports<S> {
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             .create()
             .map_err(failed("creating a publisher"))?;
+        room::reserve(node.prefix()).map_err(no_room)?;
         Ok(Self {
             publisher,
             subscriber,
@@ -93,6 +99,7 @@ impl<S: Service> Ports<S> {
             incoming,
             node,
             peer: None,
+            longest: FIRST_LENGTH,
         })
     }
 
@@ -107,7 +114,7 @@ impl<S: Service> Ports<S> {
     }
 }
 
-impl<S: Service> Link for Ports<S> {
+impl<S: Service + 'static> Link for Ports<S> {
     type Received = Sample<S, [f64], MessageHeader>;
 
     fn create(address: &Address) -> Result<Self> {
@@ -141,8 +148,15 @@ impl<S: Service> Link for Ports<S> {
 
     fn send(&mut self, header: &MessageHeader, payload: &Payload<'_>, during: During<'_>) -> Result<bool> {
         let failed = |what: String| ParticipantError::Transport { during: during(), what };
+        if payload.len() > self.longest {
+            room::look(room::of_messages(payload.len())).map_err(failed)?;
+        }
         let loaned = self.publisher.loan_slice_uninit(payload.len());
         let mut sample = loaned.map_err(|e| failed(format!("no memory: {e:?}")))?;
+        if payload.len() > self.longest {
+            room::reserve(self.node.prefix()).map_err(failed)?;
+            self.longest = payload.len();
+        }
         *sample.user_header_mut() = *header;
         payload.write(sample.payload_mut())?;
         // SAFETY: without an error every double of the payload has been written.
@@ -264,6 +278,10 @@ fn open_services<S: Service>(node: &Node<S>, name: &str) -> Result<Services<S>, 
         error => NotOpened::Never(format!("{error:?}")),
     })?;
     Ok(Services { messages, events })
+}
+
+fn no_room(what: String) -> ParticipantError {
+    ParticipantError::Transport { during: "opening a connection".to_owned(), what }
 }
 
 fn service_name(name: &str) -> Result<ServiceName> {

@@ -1,6 +1,7 @@
 //! A node of ours, and what is left of the dead.
 
 use super::presence::Presence;
+use super::room;
 use crate::transport::Address;
 use crate::{ParticipantError, Result};
 use iceoryx2::prelude::{
@@ -9,31 +10,52 @@ use iceoryx2::prelude::{
 };
 use iceoryx2::service::{Service, ipc};
 use std::ops::Deref;
+use std::sync::mpsc;
+use std::thread;
 use std::time::Duration;
 
+/// For a node to be made. iceoryx2 waits without a limit for a segment that stays empty.
+const CREATION: Duration = Duration::from_secs(4);
 /// For another survivor to finish removing what a dead node left.
 const CLEAN_UP: Duration = Duration::from_secs(1);
 
 /// A node of ours. Creating one removes what dead nodes of the domain left; the last of a domain to go leaves
 /// nothing.
-pub(super) struct OwnNode<S: Service> {
+pub(super) struct OwnNode<S: Service + 'static> {
     /// Nothing only while it is dropped, which has to come before the presence ends.
     node: Option<Node<S>>,
-    _presence: Presence,
+    presence: Presence,
 }
 
-impl<S: Service> OwnNode<S> {
+impl<S: Service + 'static> OwnNode<S> {
     pub(super) fn new(address: &Address) -> Result<Self> {
         let failed = |what: String| ParticipantError::Transport { during: "opening a node".to_owned(), what };
         set_log_level_from_env_or(LogLevel::Fatal);
         let config = config(address).map_err(failed)?;
-        let presence = Presence::enter(address).map_err(|e| failed(format!("{e} ({})", address.root())))?;
-        let node = NodeBuilder::new()
-            .config(&config)
-            .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<S>()
-            .map_err(|e| failed(format!("{e:?} ({})", address.root())))?;
-        Ok(Self { node: Some(node), _presence: presence })
+        room::look(room::FIRST).map_err(failed)?;
+        let place = address.root();
+        let presence = Presence::enter(address).map_err(|e| failed(format!("{e} ({place})")))?;
+        let (send, made) = mpsc::channel();
+        let builder = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled);
+        thread::spawn(move || {
+            // Nobody takes it who comes too late; it is dropped then.
+            let _ = send.send(builder.create::<S>());
+        });
+        let node = made.recv_timeout(CREATION).map_err(|_| {
+            let empty = presence.empty_segments().join(", ");
+            failed(format!(
+                "no node was made in {} s; what others left empty has to be removed: {empty} ({place})",
+                CREATION.as_secs()
+            ))
+        })?;
+        let node = node.map_err(|e| failed(format!("{e:?} ({place})")))?;
+        presence.keep_private().map_err(|e| failed(format!("{e} ({place})")))?;
+        Ok(Self { node: Some(node), presence })
+    }
+
+    /// What the names of the domain's segments begin with.
+    pub(super) fn prefix(&self) -> &str {
+        self.presence.prefix()
     }
 
     /// Removes what dead nodes left, waiting for others who do the same.
@@ -42,7 +64,7 @@ impl<S: Service> OwnNode<S> {
     }
 }
 
-impl<S: Service> Deref for OwnNode<S> {
+impl<S: Service + 'static> Deref for OwnNode<S> {
     type Target = Node<S>;
 
     fn deref(&self) -> &Node<S> {
@@ -50,7 +72,7 @@ impl<S: Service> Deref for OwnNode<S> {
     }
 }
 
-impl<S: Service> Drop for OwnNode<S> {
+impl<S: Service + 'static> Drop for OwnNode<S> {
     fn drop(&mut self) {
         self.clean_up();
         self.node = None;

@@ -5,22 +5,21 @@
 //! long as it is there; the kernel gives it back when the process ends, however it ends. Who can have the
 //! lock alone knows that nobody is there, and removes whatever there still is.
 
+use super::private::{self, check_segments, close_counter, empty_segments, lock_file, remove_segments};
 use crate::transport::Address;
 use rustix::fs::{FlockOperation, flock};
 use rustix::io::Errno;
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
-use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// The file of the domain's folder that is locked.
 const LOCK: &str = "presence.lock";
-/// Where POSIX shared memory stands.
-const SHARED_MEMORY: &str = "/dev/shm";
 /// For another process to finish removing what was left.
-const REMOVAL: Duration = Duration::from_secs(5);
+const REMOVAL: Duration = Duration::from_secs(4);
 /// Between two attempts to have the lock.
 const RETRY: Duration = Duration::from_millis(2);
 
@@ -38,6 +37,7 @@ impl Presence {
         let deadline = Instant::now() + REMOVAL;
         loop {
             if let Some(lock) = locked(&root, &prefix)? {
+                check_segments(&prefix)?;
                 return Ok(Self { root, prefix, lock });
             }
             if Instant::now() >= deadline {
@@ -46,6 +46,21 @@ impl Presence {
             }
             sleep(RETRY);
         }
+    }
+
+    /// Once the node is made: nobody else can reach what it counts with.
+    pub(super) fn keep_private(&self) -> io::Result<()> {
+        close_counter(&self.prefix)
+    }
+
+    /// What the names of the domain's segments begin with.
+    pub(super) fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
+    /// What may keep a node from being made.
+    pub(super) fn empty_segments(&self) -> Vec<String> {
+        empty_segments(&self.prefix)
     }
 }
 
@@ -64,15 +79,15 @@ impl Drop for Presence {
 
 /// The domain's lock, shared; nothing while another process has it alone or has just removed it.
 fn locked(root: &Path, prefix: &str) -> io::Result<Option<File>> {
-    fs::DirBuilder::new().recursive(true).mode(0o750).create(root)?;
-    let path = root.join(LOCK);
-    let lock = match File::options().create(true).truncate(false).write(true).open(&path) {
-        Ok(lock) => lock,
+    match private::folder(root) {
+        // The last to leave has just removed it.
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
-        Err(error) => return Err(error),
-    };
+        made => made?,
+    }
+    let path = root.join(LOCK);
+    let Some(lock) = lock_file(&path)? else { return Ok(None) };
     let current = || {
-        let there = fs::metadata(&path).ok()?;
+        let there = fs::symlink_metadata(&path).ok()?;
         let ours = lock.metadata().ok()?;
         ((there.dev(), there.ino()) == (ours.dev(), ours.ino())).then_some(())
     };
@@ -96,12 +111,7 @@ fn remove(root: &Path, prefix: &str) -> bool {
     if entries(&nodes).any(|path| owner(&path).is_some_and(lives)) {
         return false;
     }
-    let ours = |path: &PathBuf| {
-        path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(prefix.as_bytes()))
-    };
-    for segment in entries(Path::new(SHARED_MEMORY)).filter(ours) {
-        let _ = fs::remove_file(segment);
-    }
+    remove_segments(prefix);
     for path in entries(root).filter(|path| path.file_name().is_none_or(|name| name != LOCK)) {
         let _ = if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
     }
@@ -136,8 +146,10 @@ fn lives(process: u32) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use super::private::SHARED_MEMORY;
     use super::*;
     use crate::Role;
+    use std::os::unix::fs::PermissionsExt;
     use std::sync::atomic::{AtomicU64, Ordering};
 
     fn domain() -> Address {
@@ -185,6 +197,154 @@ mod tests {
         drop(first);
         assert!(!left.iter().any(|file| file.exists()), "the last to leave");
         assert!(!Path::new(&address.root()).exists());
+    }
+
+    /// A user that is not this one; only root can act for it.
+    const FOREIGN: u32 = 65534;
+
+    fn give_away(path: &Path) {
+        std::os::unix::fs::lchown(path, Some(FOREIGN), None).unwrap();
+    }
+
+    fn fifo(path: &Path) {
+        assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
+    }
+
+    fn chmod(path: &Path, mode: u32) {
+        fs::set_permissions(path, fs::Permissions::from_mode(mode)).unwrap();
+    }
+
+    /// What somebody put there before us is refused by name, at once, and left as it is; nothing is made
+    /// elsewhere.
+    #[test]
+    fn what_others_planted_is_refused() {
+        type Plant = fn(&Path, &Path);
+        let rows: [(&str, bool, Plant); 13] = [
+            ("not ours", true, |root, _| {
+                fs::create_dir(root).unwrap();
+                give_away(root);
+            }),
+            ("others can write", false, |root, _| {
+                fs::create_dir(root).unwrap();
+                chmod(root, 0o770);
+            }),
+            ("others can write", false, |root, _| {
+                fs::create_dir(root).unwrap();
+                chmod(root, 0o1777);
+            }),
+            ("a symbolic link", false, |root, target| {
+                std::os::unix::fs::symlink(target.parent().unwrap(), root).unwrap();
+            }),
+            ("no directory: a FIFO", false, |root, _| fifo(root)),
+            ("no directory: a file", false, |root, _| fs::write(root, "").unwrap()),
+            ("no directory: a socket", false, |root, _| {
+                std::os::unix::net::UnixListener::bind(root).unwrap();
+            }),
+            ("a symbolic link", false, |root, target| {
+                private::folder(root).unwrap();
+                std::os::unix::fs::symlink(target, root.join(LOCK)).unwrap();
+            }),
+            ("no regular file: a FIFO", false, |root, _| {
+                private::folder(root).unwrap();
+                fifo(&root.join(LOCK));
+            }),
+            ("no regular file: a directory", false, |root, _| {
+                private::folder(root).unwrap();
+                fs::create_dir(root.join(LOCK)).unwrap();
+            }),
+            ("a file with another name besides", false, |root, target| {
+                private::folder(root).unwrap();
+                fs::write(root.join("other"), "").unwrap();
+                fs::hard_link(root.join("other"), root.join(LOCK)).unwrap();
+                let _ = target;
+            }),
+            ("not ours: a file", true, |root, _| {
+                let name = format!("{}_a.global_mgmt", root.file_name().unwrap().to_str().unwrap());
+                let segment = Path::new(SHARED_MEMORY).join(name);
+                fs::write(&segment, "").unwrap();
+                give_away(&segment);
+            }),
+            ("no regular file: a directory", false, |root, _| {
+                let name = format!("{}_a.dynamic", root.file_name().unwrap().to_str().unwrap());
+                fs::create_dir(Path::new(SHARED_MEMORY).join(name)).unwrap();
+            }),
+        ];
+        let elsewhere = tempfile::tempdir().unwrap();
+        let target = elsewhere.path().join("made");
+        for (index, (named, needs_root, plant)) in rows.into_iter().enumerate() {
+            if needs_root && !rustix::process::geteuid().is_root() {
+                continue;
+            }
+            let address = domain();
+            let root = PathBuf::from(address.root());
+            plant(&root, &target);
+            let started = Instant::now();
+            let error = match Presence::enter(&address) {
+                Ok(_) => panic!("row {index} was let in"),
+                Err(error) => error.to_string(),
+            };
+            let segments = entries(Path::new(SHARED_MEMORY))
+                .filter(|p| p.file_name().unwrap().to_string_lossy().starts_with(&address.prefix()));
+            for left in [root.clone()].into_iter().chain(segments) {
+                let _ = fs::remove_file(&left);
+                let _ = fs::remove_dir_all(&left);
+            }
+            assert!(error.contains(named) && error.contains(&address.prefix()[..12]), "row {index}: {error}");
+            assert!(started.elapsed() < Duration::from_secs(5), "row {index}");
+            assert!(!target.exists(), "row {index}");
+        }
+    }
+
+    /// Folders above ours in which somebody else could replace it.
+    #[test]
+    fn a_place_that_others_can_replace_is_refused() {
+        let place = tempfile::tempdir().unwrap();
+        let root = place.path().join("domain");
+        for (mode, fits) in [(0o755, true), (0o777, false), (0o775, false), (0o1777, true)] {
+            chmod(place.path(), mode);
+            let made = private::folder(&root);
+            let _ = fs::remove_dir(&root);
+            assert_eq!(made.is_ok(), fits, "{mode:o}: {made:?}");
+        }
+    }
+
+    /// What an earlier version or another make left readable is closed.
+    #[test]
+    fn nobody_else_reads_the_folder_or_writes_the_counter() {
+        let address = domain();
+        let root = PathBuf::from(address.root());
+        fs::create_dir(&root).unwrap();
+        chmod(&root, 0o755);
+        let node = super::super::node::OwnNode::<iceoryx2::service::ipc::Service>::new(&address).unwrap();
+        assert_eq!(fs::metadata(&root).unwrap().mode() & 0o7777, 0o700);
+        let modes: Vec<_> = entries(Path::new(SHARED_MEMORY))
+            .filter(|path| path.file_name().unwrap().to_string_lossy().starts_with(&address.prefix()))
+            .map(|path| fs::metadata(path).unwrap().mode() & 0o7777)
+            .collect();
+        assert_eq!(modes, [0o600]);
+        // Another node counts with what took the counter's place.
+        drop(super::super::node::OwnNode::<iceoryx2::service::ipc::Service>::new(&address).unwrap());
+        drop(node);
+        assert!(!root.exists());
+    }
+
+    /// Somebody empties the counter, or leaves an empty one, while a node is there.
+    #[test]
+    fn a_counter_that_stays_empty_is_named() {
+        let address = domain();
+        let _first = super::super::node::OwnNode::<iceoryx2::service::ipc::Service>::new(&address).unwrap();
+        let counter = entries(Path::new(SHARED_MEMORY))
+            .find(|path| path.file_name().unwrap().to_string_lossy().starts_with(&address.prefix()))
+            .unwrap();
+        fs::write(&counter, "").unwrap();
+        let started = Instant::now();
+        let error = match super::super::node::OwnNode::<iceoryx2::service::ipc::Service>::new(&address) {
+            Ok(_) => panic!("an empty counter counts"),
+            Err(error) => error.to_string(),
+        };
+        assert!(error.contains(&counter.display().to_string()), "{error}");
+        assert!(started.elapsed() < Duration::from_secs(5));
+        fs::remove_file(&counter).unwrap();
     }
 
     #[test]

@@ -109,7 +109,14 @@ impl Points {
             port(names::FORCE, Quantity::Force, Direction::In)
         };
         ports.push(if load_required { load } else { load.optional() });
-        Description { role: Role::Structure, solver: solver.to_owned(), dimension: d, ports, scalars }
+        Description {
+            role: Role::Structure,
+            solver: solver.to_owned(),
+            dimension: d,
+            ports,
+            scalars,
+            notes: vec![],
+        }
     }
 
     /// The port of the load at a window's start.
