@@ -7,6 +7,7 @@ use interfaces::Role;
 use interfaces::case::Case;
 use interfaces::case::participant::Start;
 use output::report::short;
+use std::io::Read;
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
@@ -16,6 +17,8 @@ use std::time::{Duration, Instant};
 
 /// How long a unit may take to be loaded and instantiated.
 const PROBE: Duration = Duration::from_secs(20);
+/// Bytes of what a unit says that are kept.
+const WORDS: usize = 1 << 16;
 /// How long the start of a run is measured.
 const MEASURED: Duration = Duration::from_secs(4);
 
@@ -120,6 +123,8 @@ fn probe(arguments: &Check, role: Role) -> Result<(), String> {
         .stderr(Stdio::piped())
         .spawn()
         .map_err(|error| error.to_string())?;
+    // Read while it runs: a unit that says much would wait for that.
+    let said = child.stderr.take().map(|errors| std::thread::spawn(move || tail(errors)));
     let deadline = Instant::now() + PROBE;
     let status = loop {
         match child.try_wait() {
@@ -138,14 +143,20 @@ fn probe(arguments: &Check, role: Role) -> Result<(), String> {
     if status.success() {
         return Ok(());
     }
-    let mut said = String::new();
-    if let Some(errors) = child.stderr.take() {
-        // What cannot be read is not told.
-        let _ = std::io::Read::read_to_string(&mut std::io::Read::take(errors, 1 << 16), &mut said);
-    }
+    let said = said.and_then(|reader| reader.join().ok()).unwrap_or_default();
     let words = said.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it said nothing");
     let words = words.trim_start_matches("error: ");
     Err(format!("{role}.participant.fmu: the unit cannot be instantiated ({status}): {words}"))
+}
+
+/// The end of what is said, as far as it can be read.
+fn tail(mut said: impl Read) -> String {
+    let (mut end, mut more) = (Vec::new(), [0; 4096]);
+    while let Ok(length @ 1..) = said.read(&mut more) {
+        end.extend_from_slice(&more[..length]);
+        end.drain(..end.len().saturating_sub(WORDS));
+    }
+    String::from_utf8_lossy(&end).into_owned()
 }
 
 /// The other side of [`probe`].

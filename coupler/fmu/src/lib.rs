@@ -5,8 +5,7 @@
 //! process alone.
 //!
 //! ```text
-//! unit.fmu ── archive (unpacked) ── description (what there is) ── wiring (ports ↔ variables, all
-//! mismatches)
+//! unit.fmu ── archive (unpacked) ── description (what there is) ── wiring (ports ↔ variables, all mismatches)
 //!                              └─── fmi3, fmi2 (C functions) ───── participant (the contract)
 //! ```
 //!

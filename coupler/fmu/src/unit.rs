@@ -11,6 +11,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use words::text::{EXPLANATION, tame};
 
+/// Bytes of a unit's state at most.
+const MOST_BYTES: usize = 4 << 30;
+
 /// An instance. Calls follow the standards' order; an instance that answered with an error is only dropped.
 pub trait Instance {
     /// Sets parameters, structural ones first, and goes to initialisation at `start` (s).
@@ -72,6 +75,10 @@ pub trait Instance {
         let mut size = 0;
         // SAFETY: a state of this instance's, then memory of the size that was asked for.
         common.check("SerializedFMUStateSize", unsafe { size_of(handle, state, &raw mut size) })?;
+        if size > MOST_BYTES {
+            let what = format!("its state has {size} bytes, and {MOST_BYTES} are kept at most");
+            return Err(common.teller.incapable(&what));
+        }
         let mut bytes = vec![0; size];
         // SAFETY: as above.
         common.check("SerializeFMUState", unsafe { serialize(handle, state, bytes.as_mut_ptr(), size) })?;

@@ -19,11 +19,11 @@ use std::collections::BTreeMap;
 /// Edges of particles, in the fluid's spacing, that are met as they are.
 const AS_FINE: std::ops::RangeInclusive<f64> = 0.9..=1.1;
 
-/// Longest edge of a piece, in the fluid's spacing.
-const PIECE: f64 = 0.25;
-
 /// Extent of a body, in the fluid's spacing, below which it counts as thin.
 const THIN: f64 = 1.5;
+
+/// Share of a box from which on a body counts as the box.
+const FILLED: f64 = 0.9;
 
 /// How far (in longest edges of their cells) particles carry the pieces of each other.
 const REACH: f64 = 1.6;
@@ -33,6 +33,9 @@ const SIGHT: f64 = 2.5;
 
 /// Weights below which a particle carries nothing.
 const NEGLIGIBLE: f64 = 1e-14;
+
+/// Lengths, in an edge, that come of rounding.
+const NEGLIGIBLE_LENGTH: f64 = 1e-9;
 
 /// Boundary points, and how interface particles carry them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -82,19 +85,19 @@ impl Sampling {
             }
         } else {
             for body in cells.bodies() {
-                let lattice = cells.lattice(&body, spacing);
+                let volume = body.iter().map(|&s| particles.volumes[s as usize]).sum();
+                let lattice = cells.lattice(&body, volume, spacing);
                 let mut points: BTreeMap<[i64; D], (f64, BTreeMap<u32, f64>)> = BTreeMap::new();
                 for &s in &body {
-                    let pieces = cells.pieces(s as usize, PIECE * spacing);
-                    let volume = particles.volumes[s as usize] / pieces.len() as f64;
-                    for offset in &pieces {
-                        let at = particles.positions[s as usize] + offset;
-                        if is_left(s as usize, &at) {
+                    let (s, from) = (s as usize, &particles.positions[s as usize]);
+                    for (cell, offset, share) in cells.pieces(s, particles.volumes[s], &lattice) {
+                        if is_left(s, &(from + offset)) {
                             continue;
                         }
-                        let (sum, weights) = points.entry(lattice.cell(&at)).or_default();
+                        let volume = particles.volumes[s] * share;
+                        let (sum, weights) = points.entry(cell).or_default();
                         *sum += volume;
-                        for (t, w) in cells.weights(s as usize, offset) {
+                        for (t, w) in cells.weights(s, &offset) {
                             *weights.entry(t).or_default() += w * volume;
                         }
                     }
@@ -147,16 +150,23 @@ impl Sampling {
     }
 
     /// Means at the particles of the `values` that `count`, weighed by how much of each point a particle
-    /// carries; zero where none do.
-    pub fn means<T, U>(&self, values: &[T], zero: U, count: impl Fn(&T) -> Option<U>, out: &mut Vec<U>)
-    where
+    /// carries; zero where none do. `total` is memory.
+    pub fn means<T, U>(
+        &self,
+        values: &[T],
+        zero: U,
+        count: impl Fn(&T) -> Option<U>,
+        total: &mut Vec<f64>,
+        out: &mut Vec<U>,
+    ) where
         U: Copy + std::ops::Add<Output = U> + std::ops::Mul<f64, Output = U>,
     {
         out.clear();
         let Some(carried) = &self.carried else {
             return out.extend(values.iter().map(|value| count(value).unwrap_or(zero)));
         };
-        let mut total = vec![0.0; self.particle_volumes.len()];
+        total.clear();
+        total.resize(self.particle_volumes.len(), 0.0);
         out.resize(total.len(), zero);
         for (i, (value, volume)) in values.iter().zip(&self.volumes).enumerate() {
             let Some(value) = count(value) else { continue };
@@ -165,7 +175,10 @@ impl Sampling {
                 total[s as usize] += w * volume;
             }
         }
-        out.iter_mut().zip(&total).filter(|(_, t)| **t > 0.0).for_each(|(mean, t)| *mean = *mean * (1.0 / t));
+        out.iter_mut()
+            .zip(&*total)
+            .filter(|(_, t)| **t > 0.0)
+            .for_each(|(mean, t)| *mean = *mean * (1.0 / t));
     }
 }
 
@@ -220,11 +233,24 @@ struct BodyLattice<const D: usize> {
 }
 
 impl<const D: usize> BodyLattice<D> {
-    fn cell(&self, at: &Vector<D>) -> [i64; D] {
-        std::array::from_fn(|i| {
-            let place = (self.axes[i].dot(at) - self.low[i]) / self.edges[i];
-            (place.floor() as i64).clamp(0, self.counts[i] - 1)
-        })
+    /// Cuts what reaches `half` (m) to both sides of a place (m) along an axis at the lattice's cells: the cell,
+    /// the middle (m) from the place, and the share of each cut. What reaches out of the box counts within.
+    fn cut(&self, i: usize, at: &Vector<D>, half: f64) -> Vec<(i64, f64, f64)> {
+        let (low, edge) = (self.low[i], self.edges[i]);
+        let high = low + edge * self.counts[i] as f64;
+        let middle = self.axes[i].dot(at);
+        let (from, to) = ((middle - half).clamp(low, high), (middle + half).clamp(low, high));
+        let cell = |x: f64| (((x - low) / edge).floor() as i64).clamp(0, self.counts[i] - 1);
+        if to - from < NEGLIGIBLE_LENGTH * edge {
+            let inside = middle.clamp(low, high);
+            return vec![(cell(inside), inside - middle, 1.0)];
+        }
+        let cuts = (cell(from)..=cell(to)).map(|k| {
+            let (begin, end) = (low + edge * k as f64, low + edge * (k + 1) as f64);
+            let (begin, end) = (begin.max(from), end.min(to));
+            (k, 0.5 * (begin + end) - middle, (end - begin) / (to - from))
+        });
+        cuts.filter(|(.., share)| *share > NEGLIGIBLE_LENGTH).collect()
     }
 }
 
@@ -322,32 +348,47 @@ impl<'a, const D: usize> Cells<'a, D> {
         bodies
     }
 
-    /// A lattice of edges near `spacing` (m) over the box of a body, along the edges of its cells where they
-    /// all point the same way.
-    fn lattice(&self, body: &[u32], spacing: f64) -> BodyLattice<D> {
+    /// A lattice of edges near `spacing` (m) over the box of a body: along the edges of its cells where they all
+    /// point the same way and fill that box, else along the axes.
+    fn lattice(&self, body: &[u32], volume: f64, spacing: f64) -> BodyLattice<D> {
         let frame = &self.frames[body[0] as usize];
         let like = |axis: &Vector<D>, other: &Vector<D>| axis.dot(other).abs() > 1.0 - 1e-6;
         let agrees = |&s: &u32| {
             let own = &self.frames[s as usize];
             own.iter().all(|(axis, _)| frame.iter().any(|(other, _)| like(axis, other)))
         };
+        let middles = |axes: &[Vector<D>; D]| {
+            let along = |i: usize| body.iter().map(move |&s| axes[i].dot(&self.positions[s as usize]));
+            let low: [f64; D] = std::array::from_fn(|i| along(i).fold(f64::INFINITY, f64::min));
+            let high: [f64; D] = std::array::from_fn(|i| along(i).fold(f64::NEG_INFINITY, f64::max));
+            (low, high)
+        };
         let mut axes: [Vector<D>; D] =
             std::array::from_fn(|i| Vector::from_fn(|j, _| if i == j { 1.0 } else { 0.0 }));
-        if frame.len() == D && body.iter().all(agrees) {
-            axes = std::array::from_fn(|i| frame[i].0);
+        let (mut low, mut high) = middles(&axes);
+        // The faces are where the box has the body's volume, no farther out than half a cell.
+        let longest = frame.iter().map(|(_, edge)| *edge).fold(0.0, f64::max);
+        let filled = |out: f64| low.iter().zip(&high).map(|(l, h)| h - l + 2.0 * out).product::<f64>();
+        let (mut least, mut most) = (0.0, 0.5 * longest);
+        for _ in 0..50 {
+            let out = 0.5 * (least + most);
+            *(if filled(out) < volume { &mut least } else { &mut most }) = out;
         }
-        let (mut low, mut high) = ([f64::INFINITY; D], [f64::NEG_INFINITY; D]);
-        for &s in body {
-            let at = &self.positions[s as usize];
-            for (i, axis) in axes.iter().enumerate() {
-                let half: f64 =
-                    self.frames[s as usize].iter().map(|(own, e)| 0.5 * e * own.dot(axis).abs()).sum();
-                low[i] = low[i].min(axis.dot(at) - half);
-                high[i] = high[i].max(axis.dot(at) + half);
+        // A chain has no volume to go by.
+        let mut out = [if frame.len() == D { most } else { 0.5 * longest }; D];
+        if frame.len() == D && body.iter().all(agrees) {
+            let own = std::array::from_fn(|i| frame[i].0);
+            let (own_low, own_high) = middles(&own);
+            let edges: [f64; D] = std::array::from_fn(|i| frame[i].1);
+            let box_volume: f64 = (0..D).map(|i| own_high[i] - own_low[i] + edges[i]).product();
+            if volume > FILLED * box_volume {
+                (axes, low, high, out) = (own, own_low, own_high, edges.map(|edge| 0.5 * edge));
             }
         }
+        for i in 0..D {
+            (low[i], high[i]) = (low[i] - out[i], high[i] + out[i]);
+        }
         // A body of one layer would have no side to tell from the other: a thin one keeps three of its own.
-        let longest = frame.iter().map(|(_, edge)| *edge).fold(0.0, f64::max);
         let thin = (0..D).map(|i| high[i] - low[i]).filter(|extent| *extent < THIN * spacing);
         let spacing = thin.fold(spacing, |spacing, extent| spacing.min((extent / 3.0).max(longest)));
         let counts: [i64; D] =
@@ -359,15 +400,35 @@ impl<'a, const D: usize> Cells<'a, D> {
         BodyLattice { axes, low, edges, counts }
     }
 
-    /// Offsets (m) from particle `s` to the middles of the pieces into which its cell has to be divided to
-    /// have no edge above `longest` (m).
-    fn pieces(&self, s: usize, longest: f64) -> Vec<Vector<D>> {
-        let mut pieces = vec![Vector::zeros()];
-        for (axis, edge) in &self.frames[s] {
-            let count = (edge / longest - 1e-6).ceil().max(1.0);
-            let along = |k: usize| axis * (edge * ((k as f64 + 0.5) / count - 0.5));
-            if count > 1.0 {
-                pieces = pieces.iter().flat_map(|p| (0..count as usize).map(move |k| p + along(k))).collect();
+    /// The pieces of particle `s` in the cells of a lattice: the cell, the offset (m) from the particle to the
+    /// middle, and the share of the particle. A cell whose edges are not the lattice's counts as a cube along
+    /// them.
+    fn pieces(&self, s: usize, volume: f64, lattice: &BodyLattice<D>) -> Vec<([i64; D], Vector<D>, f64)> {
+        let frame = &self.frames[s];
+        let like = |axis: &Vector<D>, other: &Vector<D>| axis.dot(other).abs() > 1.0 - 1e-6;
+        let aligned = frame.iter().all(|(own, _)| lattice.axes.iter().any(|axis| like(own, axis)));
+        let is_chain = frame.len() < D;
+        let mut pieces = vec![([0; D], Vector::zeros(), 1.0)];
+        for (i, axis) in lattice.axes.iter().enumerate() {
+            let edge = if aligned || is_chain {
+                frame.iter().map(|(own, edge)| edge * own.dot(axis).abs()).sum()
+            } else {
+                volume.powf(1.0 / D as f64)
+            };
+            let cuts = lattice.cut(i, &self.positions[s], 0.5 * edge);
+            let all = pieces.iter().flat_map(|(cell, offset, share)| {
+                cuts.iter().map(move |(k, along, part)| {
+                    let mut cell: [i64; D] = *cell;
+                    cell[i] = *k;
+                    (cell, offset + axis * *along, share * part)
+                })
+            });
+            pieces = all.collect();
+        }
+        if is_chain {
+            // It says nothing of what is beside it.
+            for (_, offset, _) in &mut pieces {
+                *offset = frame.iter().fold(Vector::zeros(), |sum, (own, _)| sum + own * own.dot(offset));
             }
         }
         pieces
@@ -375,7 +436,7 @@ impl<'a, const D: usize> Cells<'a, D> {
 
     /// Weights by which the particles around `s` carry the point at `offset` (m) from it.
     fn weights(&self, s: usize, offset: &Vector<D>) -> Vec<(u32, f64)> {
-        if *offset == Vector::<D>::zeros() {
+        if offset.norm() < NEGLIGIBLE_LENGTH * self.reach[s] {
             return vec![(s as u32, 1.0)];
         }
         let slope = self.moments[s] * offset;
@@ -459,6 +520,27 @@ mod tests {
             assert!(missing.is_empty(), "{edge} {missing:?} {points:?}");
         }
         assert_eq!(Sampling::new(&particles(0.0133333), 0.02, |_| false).len(), lattice.len());
+    }
+
+    /// Of particles that are no lattice along the faces the points are, nearly: those next to a face stand in a
+    /// row half a spacing behind it.
+    #[test]
+    fn points_follow_the_faces_of_a_body_whose_lattice_does_not() {
+        let (low, high, angle, edge) = (V::zeros(), V::from([0.4, 0.24]), 0.3f64, 0.027);
+        let turned =
+            |p: &V| V::from([angle.cos() * p.x - angle.sin() * p.y, angle.sin() * p.x + angle.cos() * p.y]);
+        let grid = Lattice::fill_box(V::repeat(-1.08), V::repeat(1.08), edge).positions;
+        let inside = |p: &V| (0..2).all(|i| low[i] < p[i] && p[i] < high[i]);
+        let positions: Vec<V> = grid.iter().map(turned).filter(inside).collect();
+        let volumes = vec![0.4 * 0.24 / positions.len() as f64; positions.len()];
+        let particles = InterfaceParticles { positions, densities: vec![1.0; volumes.len()], volumes };
+        let sampling = Sampling::new(&particles, 0.02, |_| false);
+        let mut points = Vec::new();
+        sampling.at_points(&particles.positions, &mut points);
+        assert_eq!(points.len(), 20 * 12);
+        let first: Vec<f64> = points.iter().map(|p| p.x).filter(|x| *x < 0.02).collect();
+        assert_eq!(first.len(), 12);
+        assert!(first.iter().all(|x| (x - 0.01).abs() < 0.005), "{first:?}");
     }
 
     #[test]

@@ -42,7 +42,9 @@ pub fn find<const D: usize>(
     }
     near.rebuild(walls, &CellGrid::new(structure, support), structure);
     for (w, at) in walls.iter().enumerate() {
-        if near.of(w).is_empty() {
+        let spacing = wall_spacing(w);
+        // The last particle of a wall that slides may have no volume.
+        if near.of(w).is_empty() || spacing == 0.0 {
             continue;
         }
         let n = wall_normal(w);
@@ -54,7 +56,6 @@ pub fn find<const D: usize>(
         let Some(nearest) = faces.min_by(nearest) else { continue };
         let direction = across(nearest).normalize();
         // The face is where the outermost particle beside the wall has it.
-        let spacing = wall_spacing(w);
         let is_beside = |&s: &usize| {
             let r = offset(s);
             let aside = r - direction * direction.dot(&r) - n * n.dot(&r);
@@ -88,6 +89,46 @@ pub fn leave_to_structure<const D: usize>(
     for (u, &w) in velocities.iter_mut().zip(near.indices()) {
         if let Some(direction) = &tie_of[w as usize] {
             *u -= direction * direction.dot(u);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sph::lattice::Lattice;
+
+    type V = Vector<2>;
+
+    /// A structure from x = 0 on stands on a bed of spacing 1: whatever its own spacing, the particles behind
+    /// its face are tied, those before it are not, and one that the face halves is tied by half. A particle
+    /// without volume is not tied.
+    #[test]
+    fn what_lies_behind_the_face_is_tied() {
+        let walls = [-1.5, -0.5, 0.0, 0.5, 1.5].map(|x| V::from([x, -0.5]));
+        for spacing in [1.0, 0.5, 0.25] {
+            let structure = Lattice::fill_box(V::zeros(), V::from([4.0, 8.0]), spacing).positions;
+            let normal = |at: &V| {
+                let n = V::from([-f64::from(at.x < spacing), -f64::from(at.y < spacing)]);
+                n.try_normalize(0.0).unwrap_or(n)
+            };
+            let normals: Vec<V> = structure.iter().map(normal).collect();
+            let spacings = vec![spacing; structure.len()];
+            let tied = |of: &[f64; 5]| {
+                let mut ties = Vec::new();
+                let up = |_| V::from([0.0, 1.0]);
+                let faces = (&structure[..], &normals[..], &spacings[..]);
+                find(2.4, (&walls, |w| of[w], up), faces, &mut NeighbourList::default(), &mut ties);
+                ties.iter().map(|tie| (tie.wall, tie.direction.norm_squared())).collect::<Vec<_>>()
+            };
+            let expected = [(2, 0.5), (3, 1.0), (4, 1.0)];
+            let found = tied(&[1.0; 5]);
+            assert_eq!(found.len(), 3, "{spacing}: {found:?}");
+            let same = |(found, expected): (&(u32, f64), &(u32, f64))| {
+                found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-12
+            };
+            assert!(found.iter().zip(&expected).all(same), "{spacing}: {found:?}");
+            assert_eq!(tied(&[1.0, 1.0, 0.0, 0.0, 1.0]).len(), 1, "{spacing}");
         }
     }
 }

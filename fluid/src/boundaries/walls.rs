@@ -61,7 +61,7 @@ pub struct Walls<const D: usize> {
     /// Positions (m) where the motions begin.
     rest: Vec<Vector<D>>,
     /// Columns of particles of walls that slide along themselves.
-    columns: Vec<Column>,
+    columns: Vec<Column<D>>,
     /// Of the parts that move, where the motion has brought each at the start and the end of the step, and
     /// had at the start of the step before it.
     poses: Vec<Option<[Pose<D>; 3]>>,
@@ -70,30 +70,59 @@ pub struct Walls<const D: usize> {
     last_dt: f64,
 }
 
-/// Particles of a box between its ends, one behind the other along its motion. They stay where they are:
-/// cells of a lattice at rest, as far as the box that passes by fills them. Particles that went with it would
+/// Particles of a wall between its ends, one behind the other along its motion. They stay where they are:
+/// cells of a lattice at rest, as far as the wall that passes by fills them. Particles that went with it would
 /// push to and fro as they pass by.
 #[derive(Clone, Debug)]
-struct Column {
+struct Column<const D: usize> {
     part: usize,
-    /// Axis of the motion.
-    axis: usize,
-    /// Its particles, one more than the box fills when its cells are those of the lattice.
+    /// Unit vector along the motion.
+    direction: Vector<D>,
+    /// Its particles, one more than the wall fills when its cells are those of the lattice.
     particles: std::ops::Range<usize>,
     /// Where it begins (m) at rest, and the edge (m) and the volume (m³) of a whole cell.
-    low: f64,
+    start: Vector<D>,
     edge: f64,
     volume: f64,
 }
 
-impl Column {
-    /// Middle (m) along the axis and volume (m³) of particle `k`, the box having gone `shift` (m).
-    fn cell(&self, k: usize, shift: f64) -> (f64, f64) {
-        let (low, cells) = (self.low + shift, self.particles.len() as f64 - 1.0);
-        let first = self.low + (shift / self.edge).floor() * self.edge;
-        let from = (first + k as f64 * self.edge).max(low);
-        let to = (first + (k + 1) as f64 * self.edge).min(low + cells * self.edge).max(from);
-        (0.5 * (from + to), self.volume * (to - from) / self.edge)
+impl<const D: usize> Column<D> {
+    /// Middle (m) and volume (m³) of particle `k`, the wall having gone `shift` (m).
+    fn cell(&self, k: usize, shift: f64) -> (Vector<D>, f64) {
+        let cells = self.particles.len() as f64 - 1.0;
+        let first = (shift / self.edge).floor() * self.edge;
+        let from = (first + k as f64 * self.edge).max(shift);
+        let to = (first + (k + 1) as f64 * self.edge).min(shift + cells * self.edge).max(from);
+        let middle = self.start + self.direction * (0.5 * (from + to));
+        (middle, self.volume * (to - from) / self.edge)
+    }
+}
+
+/// The particles with which parts are filled.
+#[derive(Default)]
+struct Filling<const D: usize> {
+    positions: Vec<Vector<D>>,
+    volumes: Vec<f64>,
+    part_of: Vec<u32>,
+    columns: Vec<Column<D>>,
+}
+
+impl<const D: usize> Filling<D> {
+    fn add(&mut self, part: usize, at: Vector<D>, volume: f64) {
+        self.positions.push(at);
+        self.volumes.push(volume);
+        self.part_of.push(part as u32);
+    }
+
+    /// A column of so many whole cells.
+    fn add_column(&mut self, part: usize, start: Vector<D>, along: Vector<D>, volume: f64, cells: usize) {
+        let edge = along.norm();
+        let first = self.positions.len();
+        for k in 0..=cells {
+            self.add(part, start + along * (k as f64 + 0.5), volume);
+        }
+        let particles = first..self.positions.len();
+        self.columns.push(Column { part, direction: along / edge, particles, start, edge, volume });
     }
 }
 
@@ -115,19 +144,15 @@ impl<const D: usize> Walls<D> {
     /// [`Error::Setting`] for a box turned inside out, a polyline of fewer than two distinct points or one in
     /// three dimensions.
     pub fn new(parts: Vec<WallPart<D>>, spacing: f64, support: f64) -> Result<Self, Error> {
-        let (mut positions, mut volumes, mut part_of) = (Vec::new(), Vec::new(), Vec::new());
-        let mut columns = Vec::new();
+        let mut filling = Filling::default();
+        // Of a wall that slides along itself the ends go with it, as deep as they are felt.
+        let reach = support + 0.5 * spacing;
         for (index, part) in parts.iter().enumerate() {
-            let mut add = |point: Vector<D>, volume: f64| {
-                let taken = parts[..index].iter().any(|earlier| {
-                    let d = earlier.shape.surface_point(&point).distance;
+            let is_free = |point: &Vector<D>| {
+                !parts[..index].iter().any(|earlier| {
+                    let d = earlier.shape.surface_point(point).distance;
                     d < 0.0 && d > -support - spacing
-                });
-                if !taken {
-                    positions.push(point);
-                    volumes.push(volume);
-                    part_of.push(index as u32);
-                }
+                })
             };
             match &part.shape {
                 WallShape::Box { low, high } => {
@@ -140,30 +165,21 @@ impl<const D: usize> Walls<D> {
                     }
                     let lattice = Lattice::fill_box(*low, *high, spacing);
                     let volume = lattice.cell_volume();
-                    let reach = support + 0.5 * spacing;
                     let shallow = |p: &Vector<D>| part.shape.surface_point(p).distance > -reach;
                     let between = slides_along(part, &lattice, reach);
                     let is_between = |p: &Vector<D>| {
                         between.is_some_and(|(axis, low, high)| (low..high).contains(&p[axis]))
                     };
-                    for p in lattice.positions.iter().filter(|p| shallow(p) && !is_between(p)) {
-                        add(*p, volume);
+                    for p in lattice.positions.iter().filter(|p| shallow(p) && !is_between(p) && is_free(p)) {
+                        filling.add(index, *p, volume);
                     }
                     let Some((axis, low, high)) = between else { continue };
                     let edge = lattice.cell[axis];
                     let in_first_row = |p: &&Vector<D>| p[axis] > low && p[axis] < low + edge;
-                    let cells = ((high - low) / edge).round() as usize + 1;
+                    let cells = ((high - low) / edge).round() as usize;
+                    let along = Vector::from_fn(|i, _| if i == axis { edge } else { 0.0 });
                     for p in lattice.positions.iter().filter(in_first_row).filter(|p| shallow(p)) {
-                        let first = positions.len();
-                        for k in 0..cells {
-                            let mut at = *p;
-                            at[axis] += k as f64 * edge;
-                            positions.push(at);
-                            volumes.push(volume);
-                            part_of.push(index as u32);
-                        }
-                        let particles = first..positions.len();
-                        columns.push(Column { part: index, axis, particles, low, edge, volume });
+                        filling.add_column(index, p - along * 0.5, along, volume, cells);
                     }
                 }
                 WallShape::Polyline { points, solid } => {
@@ -175,10 +191,28 @@ impl<const D: usize> Walls<D> {
                             remedy: "give at least two points, each different from the one before, in two dimensions",
                         });
                     }
-                    fill_polyline(points, *solid, spacing, support, &mut add);
+                    fill_polyline(points, *solid, spacing, support, |start, along, cells| {
+                        let edge = along.norm();
+                        let volume = edge * spacing;
+                        let mut ends = (reach / edge).ceil() as usize;
+                        if !slides_with(part, &along) || cells <= 2 * ends {
+                            ends = cells;
+                        }
+                        for i in (0..ends.min(cells)).chain((cells - ends).max(ends)..cells) {
+                            let p = start + along * (i as f64 + 0.5);
+                            if is_free(&p) {
+                                filling.add(index, p, volume);
+                            }
+                        }
+                        if ends < cells {
+                            let start = start + along * ends as f64;
+                            filling.add_column(index, start, along, volume, cells - 2 * ends);
+                        }
+                    });
                 }
             }
         }
+        let Filling { positions, volumes, part_of, columns } = filling;
         let grid = CellGrid::new(&positions, support);
         let velocities = part_of.iter().map(|&part: &u32| parts[part as usize].velocity).collect();
         let depth = |(w, part): (&Vector<D>, &u32)| -parts[*part as usize].shape.surface_point(w).distance;
@@ -274,10 +308,10 @@ impl<const D: usize> Walls<D> {
         }
         for column in &self.columns {
             let Some([start, ..]) = &self.poses[column.part] else { continue };
-            let shift = start.moved(&Vector::zeros())[column.axis];
+            let shift = start.moved(&Vector::zeros()).dot(&column.direction);
             for (k, w) in column.particles.clone().enumerate() {
-                let (along, volume) = column.cell(k, shift);
-                self.positions[w][column.axis] = along;
+                let (middle, volume) = column.cell(k, shift);
+                self.positions[w] = middle;
                 let taken = self.taken(column.part, &self.positions[w]);
                 self.volumes[w] = if taken { 0.0 } else { volume };
             }
@@ -427,10 +461,19 @@ fn slides_along<const D: usize>(
         return None;
     };
     let axis = direction.iamax();
+    if !slides_with(part, &Vector::from_fn(|i, _| f64::from(u8::from(i == axis)))) {
+        return None;
+    }
     let edge = lattice.cell[axis];
     let end = (reach / edge).ceil() * edge;
     let (low, high) = (low[axis] + end, high[axis] - end);
-    (direction[axis].abs() == direction.norm() && high - low > 0.5 * edge).then_some((axis, low, high))
+    (high - low > 0.5 * edge).then_some((axis, low, high))
+}
+
+/// Whether a part moves in this direction or against it.
+fn slides_with<const D: usize>(part: &WallPart<D>, along: &Vector<D>) -> bool {
+    let Some(Motion::Translation { direction, .. }) = &part.motion else { return false };
+    direction.dot(along).abs() > (1.0 - 1e-12) * along.norm() * direction.norm()
 }
 
 /// Unit normal of a piece, out of the solid.
@@ -442,14 +485,14 @@ fn fluid_side<const D: usize>(along: &Vector<D>, solid: Side) -> Vector<D> {
     }
 }
 
-/// Rows of particles behind each piece, lengthened or shortened at the corners so that they meet on the
-/// mitre.
+/// Rows of cells behind each piece, lengthened or shortened at the corners so that they meet on the mitre; `add`
+/// is told where a row begins, the edge of a cell along it (m), and how many there are.
 fn fill_polyline<const D: usize>(
     points: &[Vector<D>],
     solid: Side,
     spacing: f64,
     support: f64,
-    add: &mut impl FnMut(Vector<D>, f64),
+    mut add: impl FnMut(Vector<D>, Vector<D>, usize),
 ) {
     let pieces: Vec<[Vector<D>; 2]> = points.windows(2).map(|w| [w[0], w[1]]).collect();
     let closed = points.first() == points.last();
@@ -477,10 +520,7 @@ fn fill_polyline<const D: usize>(
             }
             let count = ((to - from) / spacing).round().max(1.0) as usize;
             let cell = (to - from) / count as f64;
-            for i in 0..count {
-                let along = from + (i as f64 + 0.5) * cell;
-                add(piece[0] + direction * along - out * depth, cell * spacing);
-            }
+            add(piece[0] + direction * from - out * depth, direction * cell, count);
         }
     }
 }
@@ -493,15 +533,17 @@ mod tests {
     /// their middles stay on the lattice but for the ends.
     #[test]
     fn cells_of_a_column_fill_the_box_wherever_it_is() {
-        let column = Column { part: 0, axis: 1, particles: 0..6, low: 0.3, edge: 0.1, volume: 0.01 };
+        let (direction, start) = (Vector::from([0.6, 0.8]), Vector::from([0.3, -1.0]));
+        let column = Column { part: 0, direction, particles: 0..6, start, edge: 0.1, volume: 0.01 };
         for shift in [0.0, 0.025, 0.1, -0.37, 1.73] {
-            let cells: Vec<(f64, f64)> = (0..6).map(|k| column.cell(k, shift)).collect();
+            let cells: Vec<(Vector<2>, f64)> = (0..6).map(|k| column.cell(k, shift)).collect();
             let volume: f64 = cells.iter().map(|c| c.1).sum();
-            let moment: f64 = cells.iter().map(|c| c.0 * c.1).sum();
+            let moment = cells.iter().fold(Vector::zeros(), |sum: Vector<2>, c| sum + c.0 * c.1);
             assert!((volume - 0.05).abs() < 1e-15, "{shift}");
-            assert!((moment / volume - (0.3 + shift + 0.25)).abs() < 1e-14, "{shift}");
-            let on_lattice = |y: f64| ((y - 0.35) / 0.1 - ((y - 0.35) / 0.1).round()).abs() < 1e-9;
-            assert!(cells.iter().filter(|c| c.1 > 0.0099).all(|c| on_lattice(c.0)), "{shift} {cells:?}");
+            assert!((moment / volume - start - direction * (shift + 0.25)).norm() < 1e-14, "{shift}");
+            let along = |at: &Vector<2>| ((at - start).dot(&direction) - 0.05) / 0.1;
+            let on_lattice = |at: &Vector<2>| (along(at) - along(at).round()).abs() < 1e-9;
+            assert!(cells.iter().filter(|c| c.1 > 0.0099).all(|c| on_lattice(&c.0)), "{shift} {cells:?}");
         }
     }
 }

@@ -128,8 +128,8 @@ fn watch<const D: usize>(tank: &mut Tank<D>, from: f64, end: f64) -> (f64, f64, 
 }
 
 /// Beside a structure the water moves at most twice as fast as beside a wall, to 0.01 m/s, its energy rises
-/// by no more than it does there, and the load is hydrostatic: to 3 % at 20 particles in depth, of which a
-/// third of a spacing at the bed is half.
+/// by no more than it does there, and the load is hydrostatic: from a lattice it is 0.2 % too low at 20
+/// particles in depth.
 fn stays_still<const D: usize>(
     (width, depth, dx): (f64, f64, f64),
     structure_dx: f64,
@@ -148,8 +148,8 @@ fn stays_still<const D: usize>(
 
 #[test]
 fn still_water_stays_still_beside_a_structure() {
-    stays_still::<2>((0.2, 0.2, 0.01), 0.01, 0.3, 0.03);
-    stays_still::<2>((0.1, 0.2, 0.005), 0.005, 0.1, 0.02);
+    stays_still::<2>((0.2, 0.2, 0.01), 0.01, 0.3, 0.005);
+    stays_still::<2>((0.1, 0.2, 0.005), 0.005, 0.1, 0.003);
 }
 
 /// Whatever the structure's spacing: met at its own particles, a face twice as fine carries 0.97 of the load,
@@ -157,7 +157,7 @@ fn still_water_stays_still_beside_a_structure() {
 #[test]
 fn still_water_stays_still_beside_coarser_and_finer_structures() {
     for structure_dx in [0.02, 0.04 / 3.0, 0.005, 0.0025] {
-        stays_still::<2>((0.2, 0.2, 0.01), structure_dx, 0.3, 0.03);
+        stays_still::<2>((0.2, 0.2, 0.01), structure_dx, 0.3, 0.005);
     }
 }
 
@@ -172,7 +172,7 @@ fn still_water_stays_still_beside_a_structure_in_space() {
 #[test]
 fn a_wall_that_slides_along_itself_does_no_work() {
     let dx = 0.01;
-    let force = |speed: f64| {
+    let force = |speed: f64, is_box: bool| {
         let motion = (speed > 0.0).then(|| {
             let law =
                 Law::Table { table: vec![[-1.0, -speed], [0.0, 0.0], [1.0, speed], [2.0, 2.0 * speed]] };
@@ -180,10 +180,14 @@ fn a_wall_that_slides_along_itself_does_no_work() {
         });
         let thick = 4.0 * dx;
         let v = |x: f64, y: f64| Vector::from([x, y]);
+        let mut gate = solid("gate", v(0.2, -4.0), v(0.2 + thick, 1.0), motion);
+        if !is_box {
+            gate.shape = WallShape::Polyline { points: vec![v(0.2, -4.0), v(0.2, 1.0)], solid: Side::Right };
+        }
         let walls = vec![
             solid("bed", v(-thick, -thick), v(0.2, 0.0), None),
             solid("low", v(-thick, 0.0), v(0.0, 0.4), None),
-            solid("gate", v(0.2, -4.0), v(0.2 + thick, 1.0), motion),
+            gate,
         ];
         let mut tank = tank::<2>(0.2, 0.2, dx, None);
         let walls = Walls::new(walls, dx, 2.4 * dx).unwrap();
@@ -207,9 +211,9 @@ fn a_wall_that_slides_along_itself_does_no_work() {
         (mean, spread.sqrt())
     };
     let hydrostatic = 0.5 * 1000.0 * G * 0.04;
-    for speed in [0.0, 1.0, 10.0] {
-        let (mean, spread) = force(speed);
-        // Measured 196.11 ± 0.003, 195.98 ± 0.18 and 196.14 ± 0.009 N of 196.20.
+    // Measured 196.11 ± 0.003, 195.98 ± 0.18 and 196.14 ± 0.009 N of 196.20, with boxes and polylines alike.
+    for (speed, is_box) in [(0.0, true), (1.0, true), (10.0, true), (1.0, false), (10.0, false)] {
+        let (mean, spread) = force(speed, is_box);
         assert!((mean / hydrostatic - 1.0).abs() < 0.005, "{speed} m/s: {mean} N of {hydrostatic}");
         assert!(spread < 0.005 * hydrostatic, "{speed} m/s: {spread} N");
     }

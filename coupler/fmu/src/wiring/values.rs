@@ -4,6 +4,7 @@ use super::{Plan, Sourced, Values, ports_of};
 use crate::description::{Causality, Dimension, Type, Variable};
 use interfaces::case::unit::{ParameterValue, Source};
 use interfaces::participant::MOST_VALUES;
+use interfaces::port::names;
 use interfaces::{Direction, Exchange};
 
 impl Plan<'_> {
@@ -71,9 +72,9 @@ impl Plan<'_> {
         direction: Direction,
         exchange: Exchange,
     ) -> Option<Sourced> {
-        // Of a unit with a density for each particle and one as its parameter it is the former.
-        let of_each = self.description.variable(&format!("interface_{port}"));
-        let Some(variable) = of_each.or_else(|| self.description.variable(port)).cloned() else {
+        // Our own unit has the density as a parameter, and that of each particle, 0 where one is held.
+        let of_each = (port == names::DENSITY).then(|| self.description.variable("interface_density"));
+        let Some(variable) = of_each.flatten().or_else(|| self.description.variable(port)).cloned() else {
             // The scalars of a unit that meniscus exported as FMI 2.0.
             let names = self.pattern(&format!("point[{{point}}].{port}.{{axis}}"), components).ok()?;
             return self.said(port, &Source::Names(names), components, direction, exchange);

@@ -79,6 +79,8 @@ pub struct Scratch<const D: usize> {
     /// What the fluid gets from each boundary point, as `R_s` (Pa/m), and the pressures (Pa) beside them.
     pub reactions: Vec<Vector<D>>,
     pub structure_pressures: Vec<f64>,
+    /// Volume (m³) of the boundary points that count at each interface particle.
+    pub carried: Vec<f64>,
     /// A load on the interface particles (Pa/m).
     pub particle_loads: Vec<Vector<D>>,
     /// Shifts (m) of Eqs. (21)–(30).

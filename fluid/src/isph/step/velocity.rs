@@ -163,9 +163,15 @@ impl<const D: usize> Isph<D> {
         }
         self.sampling.at_particles(&s.reactions, &mut output.pair_reactions);
         let wet = |p: &f64| (*p != 0.0).then_some(*p);
-        self.sampling.means(&s.structure_pressures, 0.0, wet, &mut output.pressures);
+        self.sampling.means(&s.structure_pressures, 0.0, wet, &mut s.carried, &mut output.pressures);
         let exposed = |n: &Vector<D>| (*n != Vector::<D>::zeros()).then_some(*n);
-        self.sampling.means(&s.structure_normals, Vector::zeros(), exposed, &mut output.normals);
+        self.sampling.means(
+            &s.structure_normals,
+            Vector::zeros(),
+            exposed,
+            &mut s.carried,
+            &mut output.normals,
+        );
         let mass = self.properties.particle_mass();
         for (part, change) in s.wall_contacts.drain(..) {
             s.wall_forces.forces[part] -= change * (mass / dt);
