@@ -233,8 +233,9 @@ struct BodyLattice<const D: usize> {
 }
 
 impl<const D: usize> BodyLattice<D> {
-    /// Cuts what reaches `half` (m) to both sides of a place (m) along an axis at the lattice's cells: the cell,
-    /// the middle (m) from the place, and the share of each cut. What reaches out of the box counts within.
+    /// Cuts what reaches `half` (m) to both sides of a place (m) along an axis at the lattice's cells: the
+    /// cell, the middle (m) from the place, and the share of each cut. What reaches out of the box counts
+    /// within.
     fn cut(&self, i: usize, at: &Vector<D>, half: f64) -> Vec<(i64, f64, f64)> {
         let (low, edge) = (self.low[i], self.edges[i]);
         let high = low + edge * self.counts[i] as f64;
@@ -348,8 +349,8 @@ impl<'a, const D: usize> Cells<'a, D> {
         bodies
     }
 
-    /// A lattice of edges near `spacing` (m) over the box of a body: along the edges of its cells where they all
-    /// point the same way and fill that box, else along the axes.
+    /// A lattice of edges near `spacing` (m) over the box of a body: along the edges of its cells where they
+    /// all point the same way and fill that box, else along the axes.
     fn lattice(&self, body: &[u32], volume: f64, spacing: f64) -> BodyLattice<D> {
         let frame = &self.frames[body[0] as usize];
         let like = |axis: &Vector<D>, other: &Vector<D>| axis.dot(other).abs() > 1.0 - 1e-6;
@@ -400,9 +401,9 @@ impl<'a, const D: usize> Cells<'a, D> {
         BodyLattice { axes, low, edges, counts }
     }
 
-    /// The pieces of particle `s` in the cells of a lattice: the cell, the offset (m) from the particle to the
-    /// middle, and the share of the particle. A cell whose edges are not the lattice's counts as a cube along
-    /// them.
+    /// The pieces of particle `s` in the cells of a lattice: the cell, the offset (m) from the particle to
+    /// the middle, and the share of the particle. A cell whose edges are not the lattice's counts as a cube
+    /// along them.
     fn pieces(&self, s: usize, volume: f64, lattice: &BodyLattice<D>) -> Vec<([i64; D], Vector<D>, f64)> {
         let frame = &self.frames[s];
         let like = |axis: &Vector<D>, other: &Vector<D>| axis.dot(other).abs() > 1.0 - 1e-6;
@@ -522,8 +523,8 @@ mod tests {
         assert_eq!(Sampling::new(&particles(0.0133333), 0.02, |_| false).len(), lattice.len());
     }
 
-    /// Of particles that are no lattice along the faces the points are, nearly: those next to a face stand in a
-    /// row half a spacing behind it.
+    /// Of particles that are no lattice along the faces the points are, nearly: those next to a face stand in
+    /// a row half a spacing behind it.
     #[test]
     fn points_follow_the_faces_of_a_body_whose_lattice_does_not() {
         let (low, high, angle, edge) = (V::zeros(), V::from([0.4, 0.24]), 0.3f64, 0.027);

@@ -71,8 +71,8 @@ pub struct Walls<const D: usize> {
 }
 
 /// Particles of a wall between its ends, one behind the other along its motion. They stay where they are:
-/// cells of a lattice at rest, as far as the wall that passes by fills them. Particles that went with it would
-/// push to and fro as they pass by.
+/// cells of a lattice at rest, as far as the wall that passes by fills them. Particles that went with it
+/// would push to and fro as they pass by.
 #[derive(Clone, Debug)]
 struct Column<const D: usize> {
     part: usize,
@@ -485,8 +485,8 @@ fn fluid_side<const D: usize>(along: &Vector<D>, solid: Side) -> Vector<D> {
     }
 }
 
-/// Rows of cells behind each piece, lengthened or shortened at the corners so that they meet on the mitre; `add`
-/// is told where a row begins, the edge of a cell along it (m), and how many there are.
+/// Rows of cells behind each piece, lengthened or shortened at the corners so that they meet on the mitre;
+/// `add` is told where a row begins, the edge of a cell along it (m), and how many there are.
 fn fill_polyline<const D: usize>(
     points: &[Vector<D>],
     solid: Side,
