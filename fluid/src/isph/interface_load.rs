@@ -27,10 +27,9 @@ pub struct Carried<'a, const D: usize> {
     pub along: &'a Along<D>,
     /// `G_a` (Pa/m) of each.
     pub gradients: &'a [Vector<D>],
-    /// Of each, what Eq. (18) takes for the gradient along the boundary and across it (Pa/m), in place of
-    /// `weight`.
-    pub slopes: &'a [[Vector<D>; 2]],
-    /// `ρ g` (Pa/m).
+    /// `ρ (g − a_w)` (Pa/m) at each, `a_w` the acceleration of walls across their surface.
+    pub weights: &'a [Vector<D>],
+    /// `ρ g` (Pa/m), at all others.
     pub weight: Vector<D>,
     /// Share φ of Eq. (18) that moved each particle.
     pub share: &'a [f64],
@@ -42,7 +41,7 @@ impl<const D: usize> Carried<'_, D> {
     /// What a boundary point at `offset` (m) from particle `a` is pressed with (Pa/m), `along` (m) of it along
     /// the boundary, which counts where the particle has a row; `gradient` is `V ∇W` (1/m) and `pressure`
     /// twice the particle's or nothing (Pa):
-    /// `(1 − φ) (pressure + G_a·along) ∇W + φ (pressure + slope·along + ρ g·across) B ∇W`.
+    /// `(1 − φ) (pressure + G_a·along) ∇W + φ (pressure + weight·offset) B ∇W`.
     #[inline]
     fn push(
         &self,
@@ -59,19 +58,13 @@ impl<const D: usize> Carried<'_, D> {
         if share == 0.0 {
             return symmetric;
         }
-        let carried = row.map_or_else(
-            || self.weight.dot(offset),
-            |(i, along)| {
-                let [slope, across] = &self.slopes[i];
-                slope.dot(&along) + across.dot(&(offset - along))
-            },
-        );
+        let carried = row.map_or(&self.weight, |(i, _)| &self.weights[i]).dot(offset);
         symmetric + self.corrections[a].0 * gradient * (share * (pressure + carried))
     }
 }
 
 /// `R_s` (Pa/m): `V_s R_s` is the force of particle s on the fluid, over all particles `a` around it
-/// `−V V_s [(1 − φ) (2 p_a + G_a·P_s r_sa) + φ (2 p_a + slope_a·r_sa) B_a] ∇W_as`: the transpose of the
+/// `−V V_s [(1 − φ) (2 p_a + G_a·P_s r_sa) + φ (2 p_a + ρ g·r_sa) B_a] ∇W_as`: the transpose of the
 /// divergence, and for the share φ of Eq. (18) a sum over the structure's surface that carries `p` from the
 /// particle to it. Eq. (18) leaves `2 p_a` out, since it vanishes over all that surrounds a particle; not
 /// over the structure alone. `whole` tells whether it counts: in the paper's scheme nothing but Eq. (18)
@@ -201,7 +194,8 @@ impl<const D: usize> WallForces<D> {
         }
         for pair in &neighbourhood.tied {
             let (a, e, w) = (pair.particle as usize, pair.pair as usize, pair.wall as usize);
-            let (offset, along) = (&neighbourhood.wall_offsets[e], |_: &Row<D>| *carried.along.wall_offset(e));
+            let (offset, along) =
+                (&neighbourhood.wall_offsets[e], |_: &Row<D>| *carried.along.wall_offset(e));
             let force = carried.push(a, 2.0 * p[a], &pair.gradient, offset, along) * volume;
             self.forces[walls.part_of[w] as usize] -= force;
         }

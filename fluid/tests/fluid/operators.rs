@@ -169,6 +169,20 @@ fn along_a_face<const D: usize>(side: usize, jitter: f64) {
         fluid.iter().position(|r| *r == wanted).expect("a particle of the lattice")
     };
     let (inside, beside, second) = (at(side / 2), at(side - 1), at(side - 2));
+    // In the corner what is along the structure is carried onto it alone, and what is along the wall, which is
+    // nothing, onto the wall.
+    let corner = fluid.iter().position(|r| r[0] == (side - 1) as f64 && r[last] == 0.0).expect("a corner");
+    let mut expected = Vector::zeros();
+    let near = &neighbourhood;
+    for (&b, pair) in near.fluid.of(corner).iter().zip(&near.fluid_pairs[near.fluid.range(corner)]) {
+        expected -= pair.gradient() * (p[corner] + p[b as usize]);
+    }
+    let walls = near.wall_gradients[near.walls.range(corner)].iter().sum::<Vector<D>>();
+    expected -= walls * (2.0 * p[corner]);
+    for e in near.structure.range(corner) {
+        expected -= near.structure_gradients[e] * (2.0 * p[corner] + 3.0 * near.structure_offsets[e][last]);
+    }
+    assert!((with[corner] - expected).norm() < 1e-6, "{} {expected}", with[corner]);
     let ratio = |a: &[Vector<D>], of: usize| a[of][last] / a[inside][last];
     assert!((ratio(&with, beside) - 1.0).abs() < 1e-6 && (ratio(&with, second) - 1.0).abs() < 1e-6);
     assert!((ratio(&without, beside) - 0.79).abs() < 0.01, "{}", ratio(&without, beside));

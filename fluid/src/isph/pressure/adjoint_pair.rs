@@ -89,9 +89,10 @@ impl<const D: usize> AdjointPair<'_, D> {
                 let a = a as usize;
                 let offset = &neighbourhood.fluid_of_structure_offsets[e];
                 let tie = &neighbourhood.fluid_of_structure_ties[e];
-                let carried = self.along.index(a).map_or(0.0, |i| {
-                    gradients[i].dot(&self.along.rows[i].along_structure(offset, tie))
-                });
+                let carried = self
+                    .along
+                    .index(a)
+                    .map_or(0.0, |i| gradients[i].dot(&self.along.rows[i].along_structure(offset, tie)));
                 sum += neighbourhood.fluid_of_structure_gradients[e] * (2.0 * p[a] + carried);
             }
             *gradient = sum;

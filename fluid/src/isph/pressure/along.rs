@@ -33,8 +33,6 @@ pub struct Row<const D: usize> {
     along: Matrix<D>,
     /// How far the fluid around it tells a gradient at all, 0 to 1; a part of `K_a`.
     pub trust: f64,
-    /// `M_a`.
-    pub moment: Matrix<D>,
     /// `T_a`.
     pub transfer: Matrix<D>,
 }
@@ -116,24 +114,18 @@ impl<const D: usize> Along<D> {
                 moment += tensor::outer(&neighbourhood.structure_gradients[e], &offset);
             }
             self.row_of[a] = self.rows.len() as u32;
-            self.rows.push(Row {
-                particle: a as u32,
-                normal,
-                along: inverse * trust,
-                trust,
-                moment,
-                transfer: Matrix::identity(),
-            });
+            let along = inverse * trust;
+            let transfer = Matrix::identity() + moment * along;
+            self.rows.push(Row { particle: a as u32, normal, along, trust, transfer });
         }
         // What of a wall is the structure's is among its pairs.
         for pair in &neighbourhood.tied {
-            let row = self.row_of[pair.particle as usize];
-            if row != NONE {
+            if let Some(row) = self.index(pair.particle as usize) {
                 let of_wall = tensor::outer(&pair.gradient, &self.wall_offsets[pair.pair as usize]);
-                self.rows[row as usize].moment -= of_wall;
+                let row = &mut self.rows[row];
+                row.transfer -= of_wall * row.along;
             }
         }
-        self.rows.iter_mut().for_each(|row| row.transfer += row.moment * row.along);
     }
 
     /// `P_w r_wa` (m) of a pair of fluid and wall, of a particle that has a row.
@@ -175,23 +167,6 @@ impl<const D: usize> Along<D> {
             }
             *gradient = row.along * sum;
         });
-    }
-
-    /// Pressure gradients (Pa/m) by which Eq. (18) carries the pressure onto boundaries, along them and across,
-    /// from those of [`gradients`](Self::gradients): along `G_a` as far as it is trusted, `weight = ρ (g −
-    /// a_w)` (Pa/m) at the particle for the rest and across, `a_w` the acceleration of walls across their
-    /// surface.
-    pub fn slopes(
-        &self,
-        weight: impl Fn(usize) -> Vector<D>,
-        gradients: &[Vector<D>],
-        out: &mut Vec<[Vector<D>; 2]>,
-    ) {
-        out.clear();
-        out.extend(self.rows.iter().zip(gradients).map(|(row, gradient)| {
-            let weight = weight(row.particle as usize);
-            [gradient + weight * (1.0 - row.trust), weight]
-        }));
     }
 
     /// Makes of the particles' velocities (m/s) what enters their neighbours' divergence,
