@@ -38,10 +38,10 @@ pub struct Carried<'a, const D: usize> {
 }
 
 impl<const D: usize> Carried<'_, D> {
-    /// What a boundary point at `offset` (m) from particle `a` is pressed with (Pa/m), `along` (m) of it along
-    /// the boundary, which counts where the particle has a row; `gradient` is `V ∇W` (1/m) and `pressure`
-    /// twice the particle's or nothing (Pa):
-    /// `(1 − φ) (pressure + G_a·along) ∇W + φ (pressure + weight·offset) B ∇W`.
+    /// What a boundary point at `offset` (m) from particle `a` is pressed with (Pa/m), `along` (m) of it
+    /// along the boundary, which counts where the particle has a row; `gradient` is `V ∇W` (1/m) and
+    /// `pressure` twice the particle's or nothing (Pa): `(1 − φ) (pressure + G_a·along) ∇W + φ (pressure +
+    /// weight·offset) B ∇W`.
     #[inline]
     fn push(
         &self,
@@ -110,9 +110,8 @@ pub fn structure_work<const D: usize>(
     dt * pressure_gradients.iter().enumerate().map(of).sum::<f64>()
 }
 
-/// Power of walls on the fluid over the volume of its particles (Pa/s):
-/// `−Σ_a Σ_w V_w (2 p_a + G_a·P_w r_wa) ∇W_aw·u_w`, with the walls' `velocities` across their surface (m/s), one
-/// per pair.
+/// Power of walls on the fluid over the volume of its particles (Pa/s): `−Σ_a Σ_w V_w (2 p_a + G_a·P_w r_wa)
+/// ∇W_aw·u_w`, with the walls' `velocities` across their surface (m/s), one per pair.
 pub fn wall_work<const D: usize>(
     (neighbourhood, along): (&Neighbourhood<D>, &Along<D>),
     (p, gradients): (&[f64], &[Vector<D>]),

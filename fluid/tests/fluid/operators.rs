@@ -169,8 +169,8 @@ fn along_a_face<const D: usize>(side: usize, jitter: f64) {
         fluid.iter().position(|r| *r == wanted).expect("a particle of the lattice")
     };
     let (inside, beside, second) = (at(side / 2), at(side - 1), at(side - 2));
-    // In the corner what is along the structure is carried onto it alone, and what is along the wall, which is
-    // nothing, onto the wall.
+    // In the corner what is along the structure is carried onto it alone, and what is along the wall, which
+    // is nothing, onto the wall.
     let corner = fluid.iter().position(|r| r[0] == (side - 1) as f64 && r[last] == 0.0).expect("a corner");
     let mut expected = Vector::zeros();
     let near = &neighbourhood;

@@ -97,8 +97,8 @@ fn tank<const D: usize>(width: f64, depth: f64, dx: f64, structure_dx: Option<f6
     Tank { fluid, state, structure, volume: structure_volume }
 }
 
-/// Greatest speed (m/s), rise of the energy (J) and least, mean and greatest load along the first axis (N) from
-/// `from` to `end` (s).
+/// Greatest speed (m/s), rise of the energy (J) and least, mean and greatest load along the first axis (N)
+/// from `from` to `end` (s).
 fn watch<const D: usize>(tank: &mut Tank<D>, from: f64, end: f64) -> (f64, f64, [f64; 3]) {
     let still = vec![Vector::zeros(); tank.structure.len()];
     let (mut time, mut trial) = (0.0, State::default());

@@ -38,8 +38,8 @@ pub struct Row<const D: usize> {
 }
 
 impl<const D: usize> Row<D> {
-    /// `P_s r` of an offset (m) to a point of the structure; of a tie's, along the wall, too, whose unit normal
-    /// is `tie`, zero where there is none.
+    /// `P_s r` of an offset (m) to a point of the structure; of a tie's, along the wall, too, whose unit
+    /// normal is `tie`, zero where there is none.
     #[inline]
     pub fn along_structure(&self, offset: &Vector<D>, tie: &Vector<D>) -> Vector<D> {
         along(&self.normal, &along(tie, offset))
@@ -191,10 +191,10 @@ impl<const D: usize> Along<D> {
     }
 }
 
-/// Across the structure's surface where particle `a` meets it: the mean of the normals around it, by the weight
-/// that each has in the gradient; of a structure without any, such as one of a single layer, the direction of
-/// that gradient. (Beside walls on which it stands a tie tells it: at a foot the structure's own normals are
-/// aslant.)
+/// Across the structure's surface where particle `a` meets it: the mean of the normals around it, by the
+/// weight that each has in the gradient; of a structure without any, such as one of a single layer, the
+/// direction of that gradient. (Beside walls on which it stands a tie tells it: at a foot the structure's own
+/// normals are aslant.)
 fn structure_normal<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     normals: &[Vector<D>],
