@@ -65,6 +65,13 @@ pub enum Command {
         /// The run
         run: String,
     },
+    /// Become another program once the run says so, or end with it (started by `run`)
+    #[command(hide = true)]
+    Become {
+        /// The program and its arguments
+        #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+        words: Vec<String>,
+    },
     /// Measure what the coupling itself takes
     #[command(subcommand)]
     Bench(Bench),

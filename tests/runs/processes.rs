@@ -463,6 +463,52 @@ fn whoever_outlives_a_killed_coupler_is_ended() {
     until("an empty shared memory", || bench.left().is_empty().then_some(()));
 }
 
+/// A program of another make is started by a process that becomes it when the coupler says so, after its guard
+/// knows of it: of a coupler that is killed before, nothing is left.
+#[test]
+fn no_program_starts_that_the_guard_does_not_know_of() {
+    let bench = Bench::new();
+    let file = bench.path("number");
+    let script = format!("echo $$ > {}; exec cat", file.display());
+    let start = |name: &str, word: Option<&[u8]>| {
+        let mut command = bench.command(&["become", "sh", "-c", &script]);
+        let errors = std::fs::File::create(bench.path(name)).expect("a file");
+        command.stdin(std::process::Stdio::piped()).stderr(errors);
+        let mut child = command.spawn().expect("it starts");
+        let mut told = child.stdin.take().expect("a pipe");
+        std::io::Write::write_all(&mut told, word.unwrap_or_default()).expect("it reads");
+        drop(told);
+        let id = child.id();
+        (
+            id,
+            child.wait().expect("a child of ours"),
+            std::fs::read_to_string(bench.path(name)).expect("words"),
+        )
+    };
+    let (_, status, errors) = start("killed", None);
+    assert_eq!(status.code(), Some(1));
+    assert!(errors.contains("the coupler ended before the start") && !file.exists(), "{errors}");
+    // It is the same process, and reads nothing more of the pipe.
+    let (id, status, errors) = start("told", Some(b"\nmore"));
+    assert_eq!((status.code(), errors.as_str()), (Some(0), ""));
+    assert_eq!(std::fs::read_to_string(&file).expect("its number").trim(), id.to_string());
+    for milliseconds in (0..30).step_by(3) {
+        let bench = Bench::new();
+        let number = bench.path("number");
+        let script = format!("echo $$ > {}; exec sleep 300", number.display());
+        let setting = format!("structure.participant={{ command = [\"sh\", \"-c\", \"{script}\"] }}");
+        let run = bench.start_run("out", &[&COARSE, ["--set", &setting].as_slice()].concat());
+        sleep(Duration::from_millis(milliseconds));
+        run.signal(Signal::KILL);
+        drop(run);
+        until("the guard's end", || bench.left().is_empty().then_some(()));
+        let left = std::fs::read_to_string(&number).ok().and_then(|text| text.trim().parse().ok());
+        if let Some(process) = left.and_then(Pid::from_raw) {
+            until("its end", || gone(process).then_some(()));
+        }
+    }
+}
+
 /// What happens after the last answer is part of the run.
 #[test]
 fn a_participant_that_ends_badly_after_its_last_answer_is_told() {

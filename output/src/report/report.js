@@ -3,13 +3,15 @@
 (() => {
   const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-  // The nearest row in which the series has a value: times of others lie between its own.
+  // The nearest row in which the series has a value, within ten pixels: times of others lie between its own.
   const nearest = (plot, index, row) => {
     const values = plot.data[index];
+    const place = (at) => plot.valToPos(plot.data[0][at], "x");
     for (let off = 0; off < values.length; off++) {
-      for (const at of [row - off, row + off]) if (values[at] !== undefined) return at;
+      const at = [row - off, row + off].find((at) => values[at] !== undefined);
+      if (at !== undefined) return Math.abs(place(at) - place(row)) < 10 || !plot.series[index].marks ? at : null;
     }
-    return row;
+    return null;
   };
 
   function chart(host) {
@@ -25,7 +27,7 @@
       // The first of two curves is broad, so that it shows below the other where they are one.
       width: index === 0 && given.series.filter((other) => !other.bars).length === 2 ? 4 : 1.8,
       value: short,
-      ...(s.bars ? { paths: () => null, points: { show: true, size: 8, width: 2 } } : { points: { show: false } }),
+      ...(s.bars ? { marks: true, paths: () => null, points: { show: true, size: 8, width: 2 } } : { points: { show: false } }),
     }));
     const drawBars = (plot) => given.series.forEach((s, index) => {
       const context = plot.ctx;
@@ -45,6 +47,7 @@
     const range = (plot, least, largest) => uPlot.rangeNum(Math.min(least, ...ends), Math.max(largest, ...ends), 0.08, true);
     const options = {
       title: given.title,
+      pxAlign: 0,
       width: host.clientWidth,
       height: 300,
       scales: { x: { time: false }, y: given.log ? { distr: 3 } : { range } },
