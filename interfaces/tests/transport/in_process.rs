@@ -141,7 +141,12 @@ fn a_message_that_nobody_takes_waits_for_the_reason() {
         coupler.send(accept, &Payload::default(), true, || "while accepting".to_owned()).unwrap_err()
     };
     let error = refused(Box::new(|| None)).to_string();
-    assert!(error.contains("nobody takes `Accept` 65 of window 0, iteration 0: not connected, or its buffer is full"), "{error}");
+    assert!(
+        error.contains(
+            "nobody takes `Accept` 65 of window 0, iteration 0: not connected, or its buffer is full"
+        ),
+        "{error}"
+    );
     let mut looks = 0;
     let dying = Box::new(move || {
         looks += 1;
