@@ -64,6 +64,32 @@ fn no_more_threads_are_started_than_the_machine_can_use() {
     assert_same(&one, &many);
 }
 
+/// `check` says how many windows come, from the fluid's speeds, the structure's sub-steps, the limits of the
+/// case and its outputs.
+#[test]
+fn as_many_windows_come_as_check_expects() {
+    let bench = Bench::new();
+    for (template, words) in [
+        ("dam-break", ["--end-time", "0.1", "--set", "case.particle_spacing=0.02"].as_slice()),
+        ("coupled", &["--end-time", "0.02"]),
+        ("coupled", &["--end-time", "0.01", "--set", "coupling.max_window=3e-4"]),
+        ("coupled", &["--end-time", "0.004", "--set", "coupling.sub_steps=2"]),
+        ("plate", &["--end-time", "0.02"]),
+    ] {
+        let folder = bench.path(template).display().to_string();
+        bench.call(&["new", &folder, "--template", template]);
+        let ended = bench.call(&[&["check", &folder], words].concat());
+        let expected = ended.text.lines().find(|line| line.contains("expected windows")).expect("a line");
+        let numbers = expected.split_whitespace().filter_map(|word| word.parse().ok());
+        let numbers: Vec<f64> = numbers.collect();
+        let ended = bench.start_run("out", &[&[folder.as_str(), "--no-report"], words].concat()).wait();
+        assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+        let windows = bench.outputs("out").summary().windows as f64;
+        let (least, most) = (numbers[0], numbers[numbers.len() - 1]);
+        assert!(least <= windows && windows <= most, "{template} {words:?}: {windows}, {expected}");
+    }
+}
+
 /// What a run says at its end.
 #[test]
 fn the_closing_summary_has_digits_units_and_everything_that_was_noted() {

@@ -14,6 +14,18 @@
     return null;
   };
 
+  // Powers of ten, eight at most.
+  const decades = (plot, axis, low, high) => {
+    const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
+    const step = Math.max(1, Math.ceil((last - first) / 8));
+    return Array.from({ length: Math.floor((last - first) / step) + 1 }, (_, index) => 10 ** (last - index * step)).reverse();
+  };
+  const powers = {
+    splits: decades,
+    filter: (plot, splits) => splits,
+    values: (plot, splits) => splits.map((value) => value.toExponential(0)),
+  };
+
   function chart(host) {
     const given = JSON.parse(host.querySelector("script").textContent);
     const bars = given.series.flatMap((s) => s.bars ?? []);
@@ -52,7 +64,7 @@
       height: 300,
       scales: { x: { time: false }, y: given.log ? { distr: 3 } : { range } },
       series: [{ label: "time (s)", value: short }, ...series],
-      axes: [axis, { ...axis, size: 64 }],
+      axes: [axis, { ...axis, size: 64, ...(given.log ? powers : {}) }],
       cursor: { dataIdx: nearest, sync: { key: "time" } },
       hooks: { draw: [drawBars] },
     };
