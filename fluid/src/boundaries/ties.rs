@@ -18,6 +18,8 @@ pub struct Tie<const D: usize> {
     /// Across the structure's face and along the wall's; its square is the share of the particle's cell that
     /// lies behind the face.
     pub direction: Vector<D>,
+    /// Unit normal out of the wall.
+    pub wall_normal: Vector<D>,
 }
 
 /// Length below which a face's normal, the wall's taken out, counts as none: the face goes on as the wall.
@@ -68,7 +70,7 @@ pub fn find<const D: usize>(
         let behind = (0.5 + face(structure) / spacing).clamp(0.0, 1.0);
         if behind > 0.0 {
             let direction = direction * behind.sqrt();
-            out.push(Tie { wall: w as u32, structure: structure as u32, direction });
+            out.push(Tie { wall: w as u32, structure: structure as u32, direction, wall_normal: n });
         }
     }
 }

@@ -4,7 +4,7 @@
 use crate::boundaries::sampling::BoundaryPoints;
 use crate::boundaries::walls::Walls;
 use crate::isph::options::Options;
-use crate::isph::pressure::along::Along;
+use crate::isph::pressure::along::{Along, Row};
 use crate::isph::state::State;
 use crate::particles::neighbourhood::Neighbourhood;
 use rayon::prelude::*;
@@ -27,9 +27,9 @@ pub struct Carried<'a, const D: usize> {
     pub along: &'a Along<D>,
     /// `G_a` (Pa/m) of each.
     pub gradients: &'a [Vector<D>],
-    /// Of each, what Eq. (18) takes for the gradient on the boundary (Pa/m), in place of `weight`.
-    pub slopes: &'a [Vector<D>],
-    /// `ρ g` (Pa/m).
+    /// `ρ (g − a_w)` (Pa/m) at each, `a_w` the acceleration of walls across their surface.
+    pub weights: &'a [Vector<D>],
+    /// `ρ g` (Pa/m), at all others.
     pub weight: Vector<D>,
     /// Share φ of Eq. (18) that moved each particle.
     pub share: &'a [f64],
@@ -38,25 +38,33 @@ pub struct Carried<'a, const D: usize> {
 }
 
 impl<const D: usize> Carried<'_, D> {
-    /// What a boundary point at `offset` (m) from particle `a` is pressed with (Pa/m), `gradient` being
-    /// `V ∇W` (1/m) and `pressure` twice the particle's or nothing (Pa):
-    /// `(1 − φ) (pressure + G_a·offset) ∇W + φ (pressure + slope·offset) B ∇W`.
+    /// What a boundary point at `offset` (m) from particle `a` is pressed with (Pa/m), `along` (m) of it along
+    /// the boundary, which counts where the particle has a row; `gradient` is `V ∇W` (1/m) and `pressure`
+    /// twice the particle's or nothing (Pa):
+    /// `(1 − φ) (pressure + G_a·along) ∇W + φ (pressure + weight·offset) B ∇W`.
     #[inline]
-    fn push(&self, a: usize, pressure: f64, gradient: &Vector<D>, offset: &Vector<D>) -> Vector<D> {
+    fn push(
+        &self,
+        a: usize,
+        pressure: f64,
+        gradient: &Vector<D>,
+        offset: &Vector<D>,
+        along: impl Fn(&Row<D>) -> Vector<D>,
+    ) -> Vector<D> {
         let share = self.share[a];
-        let row = self.along.index(a);
-        let along = row.map_or(0.0, |i| self.gradients[i].dot(offset));
-        let symmetric = gradient * ((1.0 - share) * (pressure + along));
+        let row = self.along.index(a).map(|i| (i, along(&self.along.rows[i])));
+        let carried = row.map_or(0.0, |(i, along)| self.gradients[i].dot(&along));
+        let symmetric = gradient * ((1.0 - share) * (pressure + carried));
         if share == 0.0 {
             return symmetric;
         }
-        let slope = row.map_or(&self.weight, |i| &self.slopes[i]);
-        symmetric + self.corrections[a].0 * gradient * (share * (pressure + slope.dot(offset)))
+        let carried = row.map_or(&self.weight, |(i, _)| &self.weights[i]).dot(offset);
+        symmetric + self.corrections[a].0 * gradient * (share * (pressure + carried))
     }
 }
 
 /// `R_s` (Pa/m): `V_s R_s` is the force of particle s on the fluid, over all particles `a` around it
-/// `−V V_s [(1 − φ) (2 p_a + G_a·r_sa) + φ (2 p_a + slope_a·r_sa) B_a] ∇W_as`: the transpose of the
+/// `−V V_s [(1 − φ) (2 p_a + G_a·P_s r_sa) + φ (2 p_a + ρ g·r_sa) B_a] ∇W_as`: the transpose of the
 /// divergence, and for the share φ of Eq. (18) a sum over the structure's surface that carries `p` from the
 /// particle to it. Eq. (18) leaves `2 p_a` out, since it vanishes over all that surrounds a particle; not
 /// over the structure alone. `whole` tells whether it counts: in the paper's scheme nothing but Eq. (18)
@@ -75,11 +83,12 @@ pub fn pair_reactions<const D: usize>(
         for (e, &a) in list.range(s).zip(list.of(s)) {
             let a = a as usize;
             let pressure = if whole { 2.0 * p[a] } else { 0.0 };
-            let (gradient, offset) = (
+            let (gradient, offset, tie) = (
                 &neighbourhood.fluid_of_structure_gradients[e],
                 &neighbourhood.fluid_of_structure_offsets[e],
+                &neighbourhood.fluid_of_structure_ties[e],
             );
-            sum += carried.push(a, pressure, gradient, offset);
+            sum += carried.push(a, pressure, gradient, offset, |row| row.along_structure(offset, tie));
         }
         *reaction = sum;
     });
@@ -102,7 +111,7 @@ pub fn structure_work<const D: usize>(
 }
 
 /// Power of walls on the fluid over the volume of its particles (Pa/s):
-/// `−Σ_a Σ_w V_w (2 p_a + G_a·r_wa) ∇W_aw·u_w`, with the walls' `velocities` across their surface (m/s), one
+/// `−Σ_a Σ_w V_w (2 p_a + G_a·P_w r_wa) ∇W_aw·u_w`, with the walls' `velocities` across their surface (m/s), one
 /// per pair.
 pub fn wall_work<const D: usize>(
     (neighbourhood, along): (&Neighbourhood<D>, &Along<D>),
@@ -115,7 +124,7 @@ pub fn wall_work<const D: usize>(
     let of = |a: usize| {
         let row = along.index(a);
         let pairs = neighbourhood.walls.range(a).map(|e| {
-            let carried = row.map_or(0.0, |i| gradients[i].dot(&neighbourhood.wall_offsets[e]));
+            let carried = row.map_or(0.0, |i| gradients[i].dot(along.wall_offset(e)));
             (2.0 * p[a] + carried) * neighbourhood.wall_gradients[e].dot(&velocities[e])
         });
         pairs.sum::<f64>()
@@ -178,13 +187,17 @@ impl<const D: usize> WallForces<D> {
             for (e, &w) in list.range(a).zip(list.of(a)) {
                 let part = walls.part_of[w as usize] as usize;
                 let (gradient, offset) = (&neighbourhood.wall_gradients[e], &neighbourhood.wall_offsets[e]);
-                self.forces[part] += carried.push(a, 2.0 * p[a], gradient, offset) * volume;
+                let along = |_: &Row<D>| *carried.along.wall_offset(e);
+                self.forces[part] += carried.push(a, 2.0 * p[a], gradient, offset, along) * volume;
                 self.met[part] += gradient.abs() * (carried.share[a] * 2.0 * p[a].abs() * volume);
             }
         }
         for pair in &neighbourhood.tied {
-            let (a, part) = (pair.particle as usize, walls.part_of[pair.wall as usize] as usize);
-            self.forces[part] -= carried.push(a, 2.0 * p[a], &pair.gradient, &pair.offset) * volume;
+            let (a, e, w) = (pair.particle as usize, pair.pair as usize, pair.wall as usize);
+            let (offset, along) =
+                (&neighbourhood.wall_offsets[e], |_: &Row<D>| *carried.along.wall_offset(e));
+            let force = carried.push(a, 2.0 * p[a], &pair.gradient, offset, along) * volume;
+            self.forces[walls.part_of[w] as usize] -= force;
         }
     }
 

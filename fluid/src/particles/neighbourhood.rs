@@ -103,6 +103,10 @@ pub struct Neighbourhood<const D: usize> {
     pub fluid_of_structure_gradients: Vec<Vector<D>>,
     /// `r_s − r_a` (m).
     pub fluid_of_structure_offsets: Vec<Vector<D>>,
+    /// Of ties in `structure` and in `fluid_of_structure` the unit normal out of the wall, zero of others.
+    pub structure_ties: Vec<Vector<D>>,
+    /// The same of `fluid_of_structure`.
+    pub fluid_of_structure_ties: Vec<Vector<D>>,
     /// Sums over all of these.
     pub surroundings: Vec<Surroundings<D>>,
     /// Pairs of fluid and wall whose force is the structure's.
@@ -124,8 +128,8 @@ pub struct TiedPair<const D: usize> {
     pub particle: u32,
     /// `d (d·V_w ∇W_aw)` (1/m), `d` the tie's direction.
     pub gradient: Vector<D>,
-    /// `r_w − r_a` (m).
-    pub offset: Vector<D>,
+    /// Its place among the pairs of fluid and walls.
+    pub pair: u32,
 }
 
 /// Bodies that do not change their number or volume: walls, and the structure's particles where they stand
@@ -217,6 +221,13 @@ impl<const D: usize> Neighbourhood<D> {
         let backwards = &mut self.fluid_of_structure_offsets;
         offsets(&self.fluid_of_structure, bodies.structure_positions, positions, backwards);
         backwards.iter_mut().for_each(|r| *r = -*r);
+        for (ties, list) in [
+            (&mut self.structure_ties, &self.structure),
+            (&mut self.fluid_of_structure_ties, &self.fluid_of_structure),
+        ] {
+            ties.clear();
+            ties.resize(list.pairs(), Vector::zeros());
+        }
         let mut nothing = vec![(); bodies.structure_positions.len()];
         for_each_row(
             &self.fluid_of_structure,
@@ -255,17 +266,28 @@ impl<const D: usize> Neighbourhood<D> {
                 let offset = at - positions[a as usize];
                 let gradient = tie.direction * tie.direction.dot(&kernel.gradient(&offset));
                 let of_pair = gradient * -wall_volume;
-                self.tied.push(TiedPair { wall: tie.wall, particle: a, gradient: of_pair, offset });
-                of_fluid.push((a, own, of_pair, offset));
-                of_structure.push((own, a, gradient * ratio, offset));
+                let place = self.walls.of(a as usize).iter().position(|&w| w == tie.wall);
+                // Both lists hold what is nearer than the kernel's support, to rounding.
+                let Some(place) = place else { continue };
+                let pair = (self.walls.range(a as usize).start + place) as u32;
+                self.tied.push(TiedPair { wall: tie.wall, particle: a, gradient: of_pair, pair });
+                of_fluid.push((a, own, [of_pair, offset, tie.wall_normal]));
+                of_structure.push((own, a, [gradient * ratio, offset, tie.wall_normal]));
             }
         }
-        append(&mut self.structure, of_fluid, &mut self.structure_gradients, &mut self.structure_offsets);
+        append(
+            &mut self.structure,
+            of_fluid,
+            [&mut self.structure_gradients, &mut self.structure_offsets, &mut self.structure_ties],
+        );
         append(
             &mut self.fluid_of_structure,
             of_structure,
-            &mut self.fluid_of_structure_gradients,
-            &mut self.fluid_of_structure_offsets,
+            [
+                &mut self.fluid_of_structure_gradients,
+                &mut self.fluid_of_structure_offsets,
+                &mut self.fluid_of_structure_ties,
+            ],
         );
     }
 
@@ -294,18 +316,17 @@ fn offsets<const D: usize>(
     }
 }
 
-/// Appends pairs, each (row, neighbour, gradient, offset), behind those that the rows have.
+/// Appends pairs, each (row, neighbour, values), behind those that the rows have.
 fn append<const D: usize>(
     list: &mut NeighbourList,
-    mut pairs: Vec<(u32, u32, Vector<D>, Vector<D>)>,
-    gradients: &mut Vec<Vector<D>>,
-    offsets: &mut Vec<Vector<D>>,
+    mut pairs: Vec<(u32, u32, [Vector<D>; 3])>,
+    values: [&mut Vec<Vector<D>>; 3],
 ) {
     pairs.sort_by_key(|pair| pair.0);
     let places = list.append(pairs.iter().map(|pair| (pair.0, pair.1)));
-    for (values, of) in [(gradients, 0), (offsets, 1)] {
+    for (of, values) in values.into_iter().enumerate() {
         let mut old = std::mem::take(values).into_iter();
-        let mut new = pairs.iter().map(|pair| if of == 0 { pair.2 } else { pair.3 });
+        let mut new = pairs.iter().map(|pair| pair.2[of]);
         values.extend(
             places
                 .iter()

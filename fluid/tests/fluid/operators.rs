@@ -28,7 +28,10 @@ fn along<const D: usize>(neighbourhood: &Neighbourhood<D>, carries: bool) -> Alo
     let mut along = Along::default();
     let beside =
         |a: usize| !neighbourhood.structure.of(a).is_empty() || !neighbourhood.walls.of(a).is_empty();
-    along.find(neighbourhood, |a| carries && beside(a));
+    // As `block` has them: the structure to the right, the wall below.
+    let unit = |axis: usize, sign: f64| Vector::from_fn(|i, _| if i == axis { sign } else { 0.0 });
+    let structure = vec![unit(0, -1.0); neighbourhood.fluid_of_structure.len()];
+    along.find(neighbourhood, |a| carries && beside(a), &structure, |_, _| unit(D - 1, 1.0));
     along
 }
 
@@ -146,8 +149,7 @@ fn along_a_face<const D: usize>(side: usize, jitter: f64) {
     for (row, gradient) in along.rows.iter().zip(&gradients) {
         if beside_structure_alone(row.particle as usize) && row.trust == 1.0 {
             let expected = Vector::<D>::from_fn(|i, _| if i == last { 3.0 } else { 0.0 });
-            let projected = expected - row.normal * row.normal.dot(&expected);
-            assert!((gradient - projected).norm() < 1e-12, "{gradient} {projected}");
+            assert!((gradient - expected).norm() < 1e-12, "{gradient}");
             checked += 1;
         }
     }
@@ -167,6 +169,20 @@ fn along_a_face<const D: usize>(side: usize, jitter: f64) {
         fluid.iter().position(|r| *r == wanted).expect("a particle of the lattice")
     };
     let (inside, beside, second) = (at(side / 2), at(side - 1), at(side - 2));
+    // In the corner what is along the structure is carried onto it alone, and what is along the wall, which is
+    // nothing, onto the wall.
+    let corner = fluid.iter().position(|r| r[0] == (side - 1) as f64 && r[last] == 0.0).expect("a corner");
+    let mut expected = Vector::zeros();
+    let near = &neighbourhood;
+    for (&b, pair) in near.fluid.of(corner).iter().zip(&near.fluid_pairs[near.fluid.range(corner)]) {
+        expected -= pair.gradient() * (p[corner] + p[b as usize]);
+    }
+    let walls = near.wall_gradients[near.walls.range(corner)].iter().sum::<Vector<D>>();
+    expected -= walls * (2.0 * p[corner]);
+    for e in near.structure.range(corner) {
+        expected -= near.structure_gradients[e] * (2.0 * p[corner] + 3.0 * near.structure_offsets[e][last]);
+    }
+    assert!((with[corner] - expected).norm() < 1e-6, "{} {expected}", with[corner]);
     let ratio = |a: &[Vector<D>], of: usize| a[of][last] / a[inside][last];
     assert!((ratio(&with, beside) - 1.0).abs() < 1e-6 && (ratio(&with, second) - 1.0).abs() < 1e-6);
     assert!((ratio(&without, beside) - 0.79).abs() < 0.01, "{}", ratio(&without, beside));

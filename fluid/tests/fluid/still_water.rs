@@ -97,13 +97,14 @@ fn tank<const D: usize>(width: f64, depth: f64, dx: f64, structure_dx: Option<f6
     Tank { fluid, state, structure, volume: structure_volume }
 }
 
-/// Greatest speed (m/s), rise of the energy (J) and least and greatest load along the first axis (N) from
+/// Greatest speed (m/s), rise of the energy (J) and least, mean and greatest load along the first axis (N) from
 /// `from` to `end` (s).
-fn watch<const D: usize>(tank: &mut Tank<D>, from: f64, end: f64) -> (f64, f64, (f64, f64)) {
+fn watch<const D: usize>(tank: &mut Tank<D>, from: f64, end: f64) -> (f64, f64, [f64; 3]) {
     let still = vec![Vector::zeros(); tank.structure.len()];
     let (mut time, mut trial) = (0.0, State::default());
     let (mut speed, mut rise) = (0.0f64, 0.0f64);
-    let (mut load, mut start) = ((f64::INFINITY, f64::NEG_INFINITY), None);
+    let ([mut least, mut impulse, mut greatest], mut start) = ([f64::INFINITY, 0.0, f64::NEG_INFINITY], None);
+    let mut watched = 0.0;
     while time < end {
         let dt = tank.fluid.stable_step(&tank.state, time, &still);
         let input = InterfaceInput {
@@ -121,20 +122,21 @@ fn watch<const D: usize>(tank: &mut Tank<D>, from: f64, end: f64) -> (f64, f64, 
             speed = speed.max(report.max_speed);
             let of = |g: &Vector<D>| -tank.volume * g[0];
             let force: f64 = tank.fluid.output().pressure_gradients.iter().map(of).sum();
-            load = (load.0.min(force), load.1.max(force));
+            (least, greatest) = (least.min(force), greatest.max(force));
+            (impulse, watched) = (impulse + dt * force, watched + dt);
         }
     }
-    (speed, rise, load)
+    (speed, rise, [least, impulse / watched, greatest])
 }
 
 /// Beside a structure the water moves at most twice as fast as beside a wall, to 0.01 m/s, its energy rises
 /// by no more than it does there, and the load is hydrostatic: from a lattice it is 0.2 % too low at 20
-/// particles in depth.
+/// particles in depth, 0.8 % when those in the corner at the foot of the face have left their places.
 fn stays_still<const D: usize>(
     (width, depth, dx): (f64, f64, f64),
     structure_dx: f64,
     end: f64,
-    tolerance: f64,
+    (tolerance, of_mean): (f64, f64),
 ) {
     let (beside_wall, rise_beside_wall, _) = watch(&mut tank::<D>(width, depth, dx, None), 0.05, end);
     let (speed, rise, load) = watch(&mut tank::<D>(width, depth, dx, Some(structure_dx)), 0.05, end);
@@ -143,13 +145,15 @@ fn stays_still<const D: usize>(
     let across = width.powi(D as i32 - 2);
     let hydrostatic = 0.5 * 1000.0 * G * depth * depth * across;
     let error = |force: f64| (force / hydrostatic - 1.0).abs();
-    assert!(error(load.0) < tolerance && error(load.1) < tolerance, "{load:?} N of {hydrostatic}");
+    assert!(error(load[0]) < tolerance && error(load[2]) < tolerance, "{load:?} N of {hydrostatic}");
+    assert!(error(load[1]) < of_mean, "{load:?} N of {hydrostatic}");
 }
 
 #[test]
 fn still_water_stays_still_beside_a_structure() {
-    stays_still::<2>((0.2, 0.2, 0.01), 0.01, 0.3, 0.005);
-    stays_still::<2>((0.1, 0.2, 0.005), 0.005, 0.1, 0.003);
+    stays_still::<2>((0.1, 0.2, 0.005), 0.005, 0.1, (0.003, 0.01));
+    // The particles in the corner at the foot of the face have found another order by then.
+    stays_still::<2>((0.2, 0.2, 0.01), 0.01, 1.0, (0.02, 0.01));
 }
 
 /// Whatever the structure's spacing: met at its own particles, a face twice as fine carries 0.97 of the load,
@@ -157,14 +161,14 @@ fn still_water_stays_still_beside_a_structure() {
 #[test]
 fn still_water_stays_still_beside_coarser_and_finer_structures() {
     for structure_dx in [0.02, 0.04 / 3.0, 0.005, 0.0025] {
-        stays_still::<2>((0.2, 0.2, 0.01), structure_dx, 0.3, 0.005);
+        stays_still::<2>((0.2, 0.2, 0.01), structure_dx, 0.3, (0.01, 0.005));
     }
 }
 
 #[test]
 fn still_water_stays_still_beside_a_structure_in_space() {
-    stays_still::<3>((0.06, 0.1, 0.01), 0.01, 0.15, 0.06);
-    stays_still::<3>((0.06, 0.1, 0.01), 0.02, 0.15, 0.06);
+    stays_still::<3>((0.06, 0.1, 0.01), 0.01, 0.15, (0.06, 0.06));
+    stays_still::<3>((0.06, 0.1, 0.01), 0.02, 0.15, (0.06, 0.06));
 }
 
 /// A box full of water, one wall of which slides along itself at up to 10 m/s: it does no work, and the force

@@ -6,7 +6,7 @@
 //! `a_a = −(1/ρ) Σ_b V (p_a + p_b) ∇W_ab − (1/ρ) Σ_s V_s (p_a + p_s) ∇W_as` in the fluid and
 //! `g_s = Σ_a V (p_a + p_s) ∇W_sa` on the structure, `p_s = p_a`.
 //!
-//! Beside boundaries where [`along`](super::along) has a row, `p_s = p_a + G_a·(r_s − r_a)`, and the
+//! Beside boundaries where [`along`](super::along) has a row, `p_s = p_a + G_a·P_s (r_s − r_a)`, and the
 //! divergence is the transpose of that. So `V Σ p_a D_a u = m Σ u_a·a_a − Σ V_s u_s·g_s` to rounding,
 //! whatever the pressures and velocities, and a translation of everything has no divergence.
 
@@ -88,7 +88,11 @@ impl<const D: usize> AdjointPair<'_, D> {
             for (e, &a) in list.range(s).zip(list.of(s)) {
                 let a = a as usize;
                 let offset = &neighbourhood.fluid_of_structure_offsets[e];
-                let carried = self.along.index(a).map_or(0.0, |i| gradients[i].dot(offset));
+                let tie = &neighbourhood.fluid_of_structure_ties[e];
+                let carried = self
+                    .along
+                    .index(a)
+                    .map_or(0.0, |i| gradients[i].dot(&self.along.rows[i].along_structure(offset, tie)));
                 sum += neighbourhood.fluid_of_structure_gradients[e] * (2.0 * p[a] + carried);
             }
             *gradient = sum;

@@ -17,11 +17,11 @@ pub fn confidence<const D: usize>(corrections: &[(Matrix<D>, f64)], out: &mut Ve
 }
 
 /// Accelerations (m/s²) by Eq. (18), `−(1/ρ) Σ V (p_b − p_a) B∇W`, with `p_w = p_a − ρ g·r_aw` on walls and
-/// structure; where `along` has a row, by that row's slope in place of `ρ g` ([`Along::slopes`]).
+/// structure; where `along` has a row, `weights` are `ρ (g − a_w)` (Pa/m) in place of `ρ g`.
 pub fn corrected_accelerations<const D: usize>(
     neighbourhood: &Neighbourhood<D>,
     corrections: &[(Matrix<D>, f64)],
-    (along, slopes): (&Along<D>, &[Vector<D>]),
+    (along, weights): (&Along<D>, &[Vector<D>]),
     inverse_density: f64,
     gravity: &Vector<D>,
     p: &[f64],
@@ -35,9 +35,9 @@ pub fn corrected_accelerations<const D: usize>(
             gradient += pair.gradient() * (p[b as usize] - p[a]);
         }
         // (1/ρ) Σ V (p_w − p_a) ∇W with p_w − p_a = ρ g·(r_w − r_a).
-        let slope = along.index(a).map_or(*gravity, |i| slopes[i] * inverse_density);
-        let hydrostatic = neighbourhood.surroundings[a].boundary_moment * slope;
-        *acceleration = corrections[a].0 * (gradient * -inverse_density - hydrostatic);
+        let weight = along.index(a).map_or(*gravity, |i| weights[i] * inverse_density);
+        let carried = neighbourhood.surroundings[a].boundary_moment * weight;
+        *acceleration = corrections[a].0 * (gradient * -inverse_density - carried);
     });
 }
 

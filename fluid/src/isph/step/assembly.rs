@@ -85,8 +85,9 @@ impl<const D: usize> Isph<D> {
         neighbourhood.tie(ties, &self.kernel, volume, positions, &bodies);
     }
 
-    /// Makes the diagonal of Eq. (16) divided by α, and the regularisation.
-    pub(super) fn assemble(&mut self) {
+    /// Makes the diagonal of Eq. (16) divided by α, and the regularisation, of fluid particles at `positions`
+    /// (m).
+    pub(super) fn assemble(&mut self, positions: &[Vector<D>]) {
         let s = &mut self.scratch;
         // The paper's gradient, Eq. (18), has ways of its own with boundaries.
         let carries = self.options.scheme == Scheme::EnergyConsistent;
@@ -94,7 +95,16 @@ impl<const D: usize> Isph<D> {
         let walls = &self.walls;
         let moves = |w: &u32| walls.part_moves(walls.part_of[*w as usize] as usize);
         let beside = |a: usize| !near.structure.of(a).is_empty() || near.walls.of(a).iter().any(moves);
-        s.terms.along.find(near, |a| carries && beside(a));
+        // A wall's surface as the particle sees it, one wall after the other.
+        let mut seen = (usize::MAX, usize::MAX, Vector::zeros());
+        let wall_normal = |a: usize, w: usize| {
+            let part = walls.part_of[w] as usize;
+            if (a, part) != (seen.0, seen.1) {
+                seen = (a, part, walls.surface_point(part, &positions[a], false).normal);
+            }
+            seen.2
+        };
+        s.terms.along.find(near, |a| carries && beside(a), &s.structure_normals, wall_normal);
         adjoint_pair::own_gradients(&s.neighbourhood, &s.terms.along, &mut s.terms.own);
         let unit = 1.0 / (self.properties.density * self.properties.spacing.powi(2));
         s.terms.extra_diagonal.clear();
@@ -130,7 +140,7 @@ impl<const D: usize> Isph<D> {
         }
         self.walls.move_to(origin.time, (origin.dt, 0.0));
         self.find_neighbours(&origin.positions, &origin.classes, &origin.structure_positions);
-        self.assemble();
+        self.assemble(&origin.positions);
         self.prepare(origin);
         Ok(())
     }

@@ -74,7 +74,7 @@ impl<const D: usize> Isph<D> {
         //                                                                  (1), (5), (17), (25), (26)
         self.find_neighbours(&accepted.positions, &accepted.classes, &structure.positions);
         done(Stage::Neighbours);
-        self.assemble(); //                                                 (15), (16)
+        self.assemble(&accepted.positions); //                              (15), (16)
         self.choose_hierarchy(accepted, (time, dt), structure, trial);
         done(Stage::Assembly);
         self.predict(accepted, dt, structure, &mut report); //              (10)–(13)

@@ -72,8 +72,8 @@ pub struct Scratch<const D: usize> {
     pub differences: Vec<Vector<D>>,
     /// `G_a` (Pa/m) of the last pressure along boundaries, one entry per row of [`Along`].
     pub gradients_along: Vec<Vector<D>>,
-    /// The same as Eq. (18) carries it.
-    pub slopes: Vec<Vector<D>>,
+    /// `ρ (g − a_w)` (Pa/m) at each of these rows.
+    pub weights_along: Vec<Vector<D>>,
     /// `g_s` (Pa/m): what the projection lays on the structure's boundary points.
     pub structure_gradients: Vec<Vector<D>>,
     /// What the fluid gets from each boundary point, as `R_s` (Pa/m), and the pressures (Pa) beside them.

@@ -4,6 +4,7 @@ use crate::boundaries::sampling::BoundaryPoints;
 use crate::isph::interface_load::{self, Carried};
 use crate::isph::options::{Load, Scheme};
 use crate::isph::pressure::adjoint_pair::AdjointPair;
+use crate::isph::pressure::along::Row;
 use crate::isph::pressure::velocity_correction;
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
@@ -30,13 +31,12 @@ impl<const D: usize> Isph<D> {
         let pair = AdjointPair { neighbourhood: &s.neighbourhood, along: &s.terms.along, own: &s.terms.own };
         pair.accelerations(inverse_density, p, &mut s.operator.fluid);
         pair.structure_gradients(p, &mut s.gradients_along, &mut s.structure_gradients);
-        let weight = self.properties.gravity * self.properties.density;
-        let (walls, list) = (&self.walls, &s.neighbourhood.walls);
-        let weight_at = |a: usize| {
-            let density = self.properties.density;
-            weight - walls.acceleration_across(&trial.positions[a], list.of(a)) * density
-        };
-        s.terms.along.slopes(weight_at, &s.gradients_along, &mut s.slopes);
+        let (gravity, density) = (&self.properties.gravity, self.properties.density);
+        let of_walls =
+            |a: usize| self.walls.acceleration_across(&trial.positions[a], s.neighbourhood.walls.of(a));
+        let weight = |row: &Row<D>| (gravity - of_walls(row.particle as usize)) * density;
+        s.weights_along.clear();
+        s.weights_along.extend(s.terms.along.rows.iter().map(weight));
 
         let velocities = &mut trial.velocities;
         let with_pressure =
@@ -60,7 +60,7 @@ impl<const D: usize> Isph<D> {
             velocity_correction::corrected_accelerations(
                 &s.neighbourhood,
                 &s.corrections,
-                (&s.terms.along, &s.slopes),
+                (&s.terms.along, &s.weights_along),
                 inverse_density,
                 &self.properties.gravity,
                 p,
@@ -118,7 +118,7 @@ impl<const D: usize> Isph<D> {
         let carried = Carried {
             along: &s.terms.along,
             gradients: &s.gradients_along,
-            slopes: &s.slopes,
+            weights: &s.weights_along,
             weight: self.properties.gravity * self.properties.density,
             share: &s.confidence,
             corrections: &s.corrections,
