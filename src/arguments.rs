@@ -1,6 +1,7 @@
 //! The command line.
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use output::report::View;
 use std::path::PathBuf;
 
 /// Couples a particle fluid (ISPH) and an elastic structure (TLSPH), each a process of its own, over shared
@@ -18,7 +19,7 @@ Examples:
   meniscus run cases/elastic_gate                       the dam break through an elastic gate, into out/elastic_gate
   meniscus run cases/elastic_gate --set coupling.sub_steps=stable --end-time 0.1
   meniscus check my_case.toml                           all mistakes of a case at once, and what would run
-  meniscus report out/elastic_gate                      report.html with curves, balances and frames
+  meniscus report out/elastic_gate --times 0.04,0.12    report.html with curves, balances and these frames
   meniscus validate structure                           benchmarks against their references, into out/validate
   meniscus export-fmu cases/oscillating_plate -o plate.fmu    the structure for FMPy and other FMI tools
   meniscus run my_case.toml --set structure.participant.fmu=plate.fmu    an FMU in the place of a solver
@@ -63,6 +64,13 @@ pub enum Command {
     Guard {
         /// The run
         run: String,
+    },
+    /// Become another program once the run says so, or end with it (started by `run`)
+    #[command(hide = true)]
+    Become {
+        /// The program and its arguments
+        #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+        words: Vec<String>,
     },
     /// Measure what the coupling itself takes
     #[command(subcommand)]
@@ -189,6 +197,24 @@ fn library(text: &str) -> Result<meniscus_structure::package::Library, String> {
 pub struct Report {
     /// Folder of the outputs of a run
     pub dir: PathBuf,
+    /// Draw the snapshots nearest to these times (s) [default: evenly over the run, and at extremes of probes]
+    #[arg(long, value_name = "SECONDS", value_delimiter = ',')]
+    pub times: Vec<f64>,
+    /// Draw this box (m) [default: all of the structure, and the fluid without drops that fly far]
+    #[arg(long, value_name = "LEFT,BOTTOM,RIGHT,TOP", value_parser = view, allow_hyphen_values = true)]
+    pub view: Option<View>,
+}
+
+fn view(text: &str) -> Result<View, String> {
+    let numbers: Vec<f64> = text.split(',').map_while(|number| number.trim().parse().ok()).collect();
+    match numbers[..] {
+        [left, bottom, right, top]
+            if left < right && bottom < top && (right - left + top - bottom).is_finite() =>
+        {
+            Ok(View { x: (left, right), y: (bottom, top) })
+        }
+        _ => Err("give four numbers, for example --view=-0.1,0,0.5,0.3".to_owned()),
+    }
 }
 
 /// `meniscus validate`.

@@ -24,6 +24,7 @@ fn main() -> ExitCode {
             coupler::launch::guard::stand(std::io::stdin().lock(), &run);
             ExitCode::SUCCESS
         }
+        Command::Become { words } => commands::participant::become_other(&words),
         Command::Bench(bench) => commands::bench::bench(&bench),
         Command::Schema(schema) => commands::schema::schema(&schema),
     }

@@ -9,7 +9,7 @@ use rustix::process::{
     Pid, Signal, WaitIdOptions, WaitIdStatus, kill_process_group, test_kill_process, waitid,
 };
 use std::fs::{self, File};
-use std::io::{self, Read as _, Seek as _, SeekFrom};
+use std::io::{self, Read, Seek as _, SeekFrom, Write as _};
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -40,13 +40,15 @@ pub struct Child {
 const TAIL: u64 = 64 << 10;
 /// Characters of last words at most.
 const LAST_WORDS: usize = 500;
+/// What a child is told that waits until it may go on.
+const RELEASED: &[u8; 1] = b"\n";
 /// How often a child that was told to end is looked at.
 const LOOK: Duration = Duration::from_millis(5);
 
 impl Child {
     /// Starts `command` in a process group of its own, so that Ctrl-C on the terminal reaches the coupler
     /// alone, which then ends the participants in order. `environment` is added to this process's own. What
-    /// it prints goes to `log`.
+    /// it prints goes to `log`; its standard input ends with this process, or with [`release`](Self::release).
     pub fn spawn(
         role: Role,
         command: &[String],
@@ -61,13 +63,19 @@ impl Child {
         let process = Command::new(program)
             .args(arguments)
             .envs(environment.iter().map(|(key, value)| (key, value)))
-            .stdin(Stdio::null())
+            .stdin(Stdio::piped())
             .stdout(output)
             .stderr(errors)
             .process_group(0)
             .spawn()
             .map_err(failed)?;
         Ok(Self { process, log: log.to_owned(), peak_memory_bytes: 0, is_reaped: false })
+    }
+
+    /// Says to a process that waits for it that it may go on: [`is_released`].
+    pub fn release(&mut self) {
+        // One that does not wait, or has ended, needs no word.
+        let _ = self.process.stdin.take().map(|mut told| told.write_all(RELEASED));
     }
 
     /// How the process ended, if it did: its exit status, the last line of its log, and where the log is.
@@ -136,6 +144,12 @@ impl Child {
         log.take(TAIL).read_to_end(&mut tail).ok()?;
         last_words(&String::from_utf8_lossy(&tail))
     }
+}
+
+/// Waits for the word of [`Child::release`] on standard input. No, where that ends without it.
+pub fn is_released(mut input: impl Read) -> bool {
+    let mut word = [0];
+    input.read_exact(&mut word).is_ok() && word == *RELEASED
 }
 
 impl Drop for Child {

@@ -63,17 +63,10 @@ fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>> {
     let (fluid, state, max_time_step) = isph::<D>(case)?;
     let (particles, walls) = (state.len(), fluid.walls().positions.len());
     let step = fluid.stable_step(&state, 0.0, &[]).min(max_time_step);
-    let [most, least] = windows(case, &fluid, &state, max_time_step);
     let line = |what: &str, value: String| (what.to_owned(), value);
     Ok(vec![
         line("particles", format!("{particles} (and {walls} in walls)")),
         line("first time step", format!("{step:.3e} s")),
-        line(
-            "expected windows",
-            format!(
-                "{least:.0} (as slow as at the start) to {most:.0} (at twice characteristic_speed throughout)"
-            ),
-        ),
         line(
             "memory",
             format!("about {:.0} MB", (BYTES_OF_PROCESS + particles as f64 * BYTES_A_PARTICLE) / 1e6),
@@ -84,21 +77,26 @@ fn preview_in<const D: usize>(case: &Case) -> Result<Vec<(String, String)>> {
 /// Speed of a dam break's front over √(g H), after Ritter 1892.
 const FASTEST: f64 = 2.0;
 
-/// Windows of a run whose fluid always goes at twice `characteristic_speed`, and of one whose fluid stays as
-/// fast as it is at the start.
-fn windows<const D: usize>(
-    case: &Case,
-    fluid: &Isph<D>,
-    state: &State<D, Memory<D>>,
-    max_time_step: f64,
-) -> [f64; 2] {
+/// Largest time steps (s) of the fluid of `case` as fast as it is at the start, and at twice
+/// `characteristic_speed`.
+///
+/// # Errors
+/// A setting that cannot be used.
+pub fn time_steps(case: &Case) -> Result<[f64; 2]> {
+    match case.general.dimension {
+        2 => time_steps_in::<2>(case),
+        _ => time_steps_in::<3>(case),
+    }
+}
+
+fn time_steps_in<const D: usize>(case: &Case) -> Result<[f64; 2]> {
+    let (fluid, state, max_time_step) = isph::<D>(case)?;
     let mut fast = state.clone();
     let speed = case.fluid.as_ref().map_or(0.0, |fluid| fluid.characteristic_speed);
     for velocity in &mut fast.velocities {
         velocity[0] += FASTEST * speed;
     }
-    let of = |state| case.general.end_time / fluid.stable_step(state, 0.0, &[]).min(max_time_step);
-    [of(&fast), of(state)]
+    Ok([&state, &fast].map(|state| fluid.stable_step(state, 0.0, &[]).min(max_time_step)))
 }
 
 /// The fluid of a case by ISPH without a structure, its state at the start, and the largest time step (s)

@@ -19,9 +19,10 @@
 //! |---|---|
 //! | names with `residual_before` or `residual_after` | residual of condition (46), logarithmic |
 //! | names ending in `iterations` | iterations |
-//! | `….force…`, `….impulse…`, `….work…` | force, impulse and work at the interface |
+//! | `….force…`, `….power…`, `….impulse…`, `….work…` | what crosses the interface |
 //! | `<side>.<kind>_energy` (kinds `kinetic`, `potential`, `strain`, …; `total` or `mechanical` if given, else their sum without `dissipated`), `total_energy`, `<side>.load_work` | energy of each side and of the whole, as the paper's Figs. 11 and 20; work of the loads beside what became of it |
-//! | `size` or `dt`, `sub_steps`, `….volume_drift`, other names ending in `residual` | course of the run |
+//! | `<side>.…_work` | works on a side |
+//! | `size` or `dt`, `sub_steps`, `….compute_seconds`, `….volume_drift`, `….splashes`, `….particles_left`, `….particles_lost`, `….max_speed`, other names ending in `residual` | course of the run |
 //!
 //! A column's unit is what `columns.json` says; a column that is not there is drawn without a unit.
 
@@ -38,14 +39,18 @@ mod scale;
 
 // Pieces for other pages of the same style.
 pub use crate::xml::escape;
+pub use frames::Shown;
 pub use page::document;
-pub use plot::{Curve, Mark, Marks, Plot, svg};
+pub use picture::View;
+pub use plot::{Curve, Mark, Marks, Plot, chart};
 pub use scale::short;
 
 use crate::atomic;
+use crate::columns;
 use crate::error::{Error, Result};
-use crate::summary::Summary;
+use crate::summary::{Summary, probe_extremes};
 use crate::table::{self, Columns};
+use frames::Pictures;
 use std::path::{Path, PathBuf};
 
 /// Rows of a table at most that are held in memory for a report, about 40 MB of `windows.csv`.
@@ -62,13 +67,13 @@ pub struct Report {
 }
 
 /// Makes `dir/report.html` and the pictures `dir/frames/t<time>.png`, `dir/frames/structure.png` and
-/// `dir/frames/displacement.png` from what a run left in `dir`. Works on
-/// finished, killed and still running runs.
+/// `dir/frames/displacement.png` from what a run left in `dir`. Works on finished, killed and still running
+/// runs.
 ///
 /// # Errors
 /// [`Error::NoRun`] if nothing of a run is there, [`Error::Write`] if the report cannot be written. Files
 /// that cannot be read are no error: the notes name them.
-pub fn write_report(dir: &Path) -> Result<Report> {
+pub fn write_report(dir: &Path, shown: &Shown) -> Result<Report> {
     const PARTS: [&str; 5] = ["summary.json", "windows.csv", "probes.csv", "fluid.pvd", "structure.pvd"];
     if !PARTS.iter().any(|name| dir.join(name).exists()) {
         return Err(Error::NoRun { path: dir.to_owned() });
@@ -87,11 +92,12 @@ pub fn write_report(dir: &Path) -> Result<Report> {
             reference.label, reference.probe
         ));
     }
-    let frames = match frames::draw_frames(dir) {
+    let extremes = summary.as_ref().map_or_else(|| probe_extremes(&probes), |summary| summary.probes.clone());
+    let frames = match frames::draw_frames(dir, shown, &extremes) {
         Err(error @ Error::Write { .. }) => return Err(error),
         Err(error) => {
             notes.push(error.to_string());
-            Vec::new()
+            Pictures::default()
         }
         Ok(frames) => frames,
     };
@@ -110,6 +116,8 @@ pub fn write_report(dir: &Path) -> Result<Report> {
         coupling: figures::coupling(&windows),
         energy: figures::energy(&windows),
         progress: figures::progress(&windows),
+        // A broken file of columns is told by the tables that it is of.
+        contents: columns::read(dir).unwrap_or_default(),
         notes,
     };
     let path = dir.join("report.html");

@@ -43,8 +43,19 @@ pub fn check(arguments: &Check) -> ExitCode {
             mistakes.extend(probe(arguments, role).err());
         }
     }
+    let windows = if mistakes.is_empty() { expected_windows(&case) } else { None };
+    if let Some([least, most]) = windows {
+        let range = if most > least {
+            format!(
+                "{least:.0} (as slow as at the start) to {most:.0} (at twice characteristic_speed throughout)"
+            )
+        } else {
+            format!("{least:.0}")
+        };
+        say(format_args!("{:<10} {:<24} {range}", "run", "expected windows"));
+    }
     if mistakes.is_empty() && arguments.time {
-        match measure(&case) {
+        match measure(&case, windows) {
             Ok(line) => say(format_args!("{:<10} {:<24} {line}", "run", "wall time")),
             Err(error) => mistakes.push(error),
         }
@@ -165,8 +176,30 @@ pub fn probe_fmu(case: &Case, role: Role) -> Result<(), String> {
     fmu_host::open(case, role, &folder.0).map(drop).map_err(|error| error.to_string())
 }
 
-/// Runs the case's beginning, and says what the whole would take at that pace.
-fn measure(case: &Case) -> Result<String, String> {
+/// Windows of the run at least and at most, as far as our own solvers tell: a fluid that stays as fast as it
+/// is at the start, and one that goes at twice its characteristic speed. Nothing where a solver of another
+/// make may ask for shorter ones.
+fn expected_windows(case: &Case) -> Option<[f64; 2]> {
+    if sides(case).any(|(_, start)| start != Start::Own) {
+        return None;
+    }
+    let general = &case.general;
+    let mut longest = general.output_interval;
+    if let Some(coupling) = &case.coupling {
+        longest = longest.min(coupling.max_window);
+        longest = longest.min(structure::participant::largest_window(case).ok()?.unwrap_or(f64::INFINITY));
+    }
+    let steps = match case.fluid {
+        Some(_) => fluid::participant::time_steps(case).ok()?,
+        None => [longest; 2],
+    };
+    // A window ends with every output: as many of one size as fit between two.
+    let outputs = (general.end_time / general.output_interval).ceil();
+    Some(steps.map(|step| outputs * (general.output_interval / step.min(longest) - 1e-9).ceil()))
+}
+
+/// Runs the case's beginning, and says what the whole would take: so many windows at that pace.
+fn measure(case: &Case, windows: Option<[f64; 2]>) -> Result<String, String> {
     let folder = Scratch::new()?;
     let executable = std::env::current_exe().map_err(|error| error.to_string())?;
     let stop = Arc::new(AtomicBool::new(false));
@@ -197,13 +230,29 @@ fn measure(case: &Case) -> Result<String, String> {
         let seconds = MEASURED.as_secs();
         return Ok(format!("no window was solved within {seconds} s"));
     }
-    let (windows, time) = (summary.windows, summary.simulated_seconds);
-    let whole = summary.wall_seconds * case.general.end_time / time;
+    let (solved, time, wall) = (summary.windows, summary.simulated_seconds, summary.wall_seconds);
+    if time >= case.general.end_time {
+        return Ok(format!("{} s: it ran to its end, in {solved} windows", short(wall)));
+    }
+    let starting = coupler::run::phases(&summary)
+        .into_iter()
+        .find(|(phase, _)| *phase == "starting and ending")
+        .map_or(0.0, |(_, seconds)| seconds);
+    let each = (wall - starting) / solved as f64;
+    let whole = match windows {
+        Some([least, most]) if most > least => {
+            format!(
+                "{} to {} s for as many windows",
+                short(starting + each * least),
+                short(starting + each * most)
+            )
+        }
+        _ => format!("about {} s", short(starting + (wall - starting) * case.general.end_time / time)),
+    };
     Ok(format!(
-        "about {} s at the pace of the first {windows} windows (to t = {} s in {:.1} s); more as the fluid speeds up",
-        short(whole),
-        short(time),
-        summary.wall_seconds
+        "{whole}: {} s each, by the first {solved} (to t = {} s in {wall:.1} s)",
+        short(each),
+        short(time)
     ))
 }
 

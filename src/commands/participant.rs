@@ -5,8 +5,9 @@ use super::{WRONG, failed};
 use crate::arguments::{CaseArguments, Fmu, Join, Mock, Solver};
 use interfaces::case::Case;
 use interfaces::{Address, Participant, Role};
+use std::os::unix::process::CommandExt as _;
 use std::path::Path;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode, Stdio};
 
 /// Serves our own solver of one side.
 pub fn solver(arguments: &Solver, role: Role) -> ExitCode {
@@ -49,6 +50,16 @@ pub fn mock(arguments: &Mock) -> ExitCode {
     };
     let role = participant.describe().role;
     serve(&arguments.case, &arguments.join, role, |_| Ok(participant))
+}
+
+/// Becomes a program of another make once the coupler says on standard input that the run's guard knows of
+/// this process. A coupler that ends before closes it instead, and nothing is started that would outlive it.
+pub fn become_other(words: &[String]) -> ExitCode {
+    if !coupler::launch::is_released(std::io::stdin().lock()) {
+        return failed("the coupler ended before the start");
+    }
+    let error = Command::new(&words[0]).args(&words[1..]).stdin(Stdio::null()).exec();
+    failed(format_args!("failed to start `{}`: {error}", words.join(" ")))
 }
 
 fn serve(

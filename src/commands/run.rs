@@ -4,6 +4,7 @@ use super::{FAILED, INTERRUPTED, WRONG, failed, say};
 use crate::arguments::Run;
 use coupler::run::{Options, RunError, Solvers};
 use interfaces::case::Case;
+use output::report::Shown;
 use output::summary::{Extremes, Status, Summary};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -50,7 +51,7 @@ pub fn run(arguments: &Run) -> ExitCode {
     }
     // Before the first window there is nothing to report on.
     if !arguments.no_report && summary.windows > 0 {
-        match output::report::write_report(&out) {
+        match output::report::write_report(&out, &Shown::default()) {
             Ok(report) => {
                 say(format_args!("report      {}", report.page.display()));
                 report.notes.iter().for_each(|note| super::tell(format_args!("warning: {note}")));

@@ -12,6 +12,7 @@ mod coupling;
 mod gate;
 mod implicit;
 mod mapped;
+mod outputs;
 mod processes;
 mod python;
 mod solvers;

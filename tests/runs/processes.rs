@@ -298,14 +298,14 @@ fn whatever_a_participant_does_wrong_is_named() {
 fn who_cannot_be_started_leaves_nobody_behind() {
     let bench = Bench::new();
     for victim in [Role::Fluid, Role::Structure] {
-        // A program that the system finds and cannot start: of no format that it knows.
+        // A program that the system finds and cannot start: of no format that it knows, and no script.
         let program = bench.path("solver");
         std::fs::write(&program, [0x7f, b'E', b'L', b'F', 0]).expect("a file");
         let mode = std::os::unix::fs::PermissionsExt::from_mode(0o755);
         std::fs::set_permissions(&program, mode).expect("a mode");
         let program = program.display().to_string();
         for (command, words) in [
-            (program.as_str(), ["failed to start", &program].as_slice()),
+            (program.as_str(), ["while shaking hands", "exit code 127", &program].as_slice()),
             ("false", &["while shaking hands", "exit code 1"]),
         ] {
             let set = format!("{victim}.participant.command=[\"{command}\"]");
@@ -461,6 +461,54 @@ fn whoever_outlives_a_killed_coupler_is_ended() {
         until("its end", || gone(process).then_some(()));
     }
     until("an empty shared memory", || bench.left().is_empty().then_some(()));
+}
+
+/// A program of another make is started by a process that becomes it when the coupler says so, after its guard
+/// knows of it: of a coupler that is killed before, nothing is left.
+#[test]
+fn no_program_starts_that_the_guard_does_not_know_of() {
+    let bench = Bench::new();
+    let file = bench.path("number");
+    let script = format!("echo $$ > {}; exec cat", file.display());
+    let start = |name: &str, word: Option<&[u8]>| {
+        let mut command = bench.command(&["become", "sh", "-c", &script]);
+        let errors = std::fs::File::create(bench.path(name)).expect("a file");
+        command.stdin(std::process::Stdio::piped()).stderr(errors);
+        let mut child = command.spawn().expect("it starts");
+        let mut told = child.stdin.take().expect("a pipe");
+        std::io::Write::write_all(&mut told, word.unwrap_or_default()).expect("it reads");
+        drop(told);
+        let id = child.id();
+        (
+            id,
+            child.wait().expect("a child of ours"),
+            std::fs::read_to_string(bench.path(name)).expect("words"),
+        )
+    };
+    let (_, status, errors) = start("killed", None);
+    assert_eq!(status.code(), Some(1));
+    assert!(errors.contains("the coupler ended before the start") && !file.exists(), "{errors}");
+    // It is the same process, and reads nothing more of the pipe.
+    let (id, status, errors) = start("told", Some(b"\nmore"));
+    assert_eq!((status.code(), errors.as_str()), (Some(0), ""));
+    assert_eq!(std::fs::read_to_string(&file).expect("its number").trim(), id.to_string());
+    for milliseconds in (4..24).step_by(4) {
+        let bench = Bench::new();
+        let number = bench.path("number");
+        let script = format!("echo $$ > {}; exec sleep 300", number.display());
+        let setting = format!("structure.participant={{ command = [\"sh\", \"-c\", \"{script}\"] }}");
+        let run = bench.start_run("out", &[&COARSE, ["--set", &setting].as_slice()].concat());
+        sleep(Duration::from_millis(milliseconds));
+        run.signal(Signal::KILL);
+        drop(run);
+        // What it left before there was a guard, the next run removes.
+        bench.coarse_gate("next", &[]);
+        until("an empty shared memory", || bench.left().is_empty().then_some(()));
+        let left = std::fs::read_to_string(&number).ok().and_then(|text| text.trim().parse().ok());
+        if let Some(process) = left.and_then(Pid::from_raw) {
+            until("its end", || gone(process).then_some(()));
+        }
+    }
 }
 
 /// What happens after the last answer is part of the run.

@@ -2,7 +2,7 @@
 
 use crate::run::{CaseResult, SeriesResult};
 use crate::tables::{HEADINGS, order, row};
-use output::report::{Curve, Mark, Marks, Plot, document, escape, svg};
+use output::report::{Curve, Mark, Marks, Plot, chart, document, escape};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -92,8 +92,8 @@ fn figures(body: &mut String, series: &SeriesResult) {
             marks: marks(series, column),
             ..Plot::default()
         };
-        if let Some(picture) = svg(&plot) {
-            let _ = writeln!(body, "<figure>\n{picture}</figure>");
+        if let Some(chart) = chart(&plot) {
+            let _ = writeln!(body, "<figure>\n{chart}</figure>");
         }
     }
     body.push_str("</div>\n");

@@ -248,7 +248,7 @@ fn run_variant(
     };
     let (probes, windows) = (read(coupler::records::PROBES)?, read(coupler::records::WINDOWS)?);
     if out.join(CASE).exists() {
-        output::write_report(&out)?;
+        output::write_report(&out, &output::report::Shown::default())?;
     }
     let seconds = summary.roles.values().map(|role| role.compute_seconds).sum();
     Ok((Variant { resolution, folder: below, seconds, probes, failure }, windows))

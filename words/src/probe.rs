@@ -19,9 +19,9 @@ pub enum ProbeQuantity {
     /// Total force of the fluid (N; in two dimensions N per metre of depth): `fx`, `fy`, `fz`.
     Force,
     /// Outermost fluid (m), half a spacing beyond its particle's centre, particles that fly alone left out:
-    /// `left`, `right`, `bottom`, `top`, `back`, `front`. A box without fluid has its faces exchanged.
+    /// `left`, `right`, `bottom`, `top`, `back`, `front`; none without fluid.
     Extent,
-    /// Centroid (m): `x`, `y`, `z`; zero without fluid.
+    /// Centroid (m): `x`, `y`, `z`; none without fluid.
     Centroid,
     /// Standard deviation of position along each axis (m), half the semi-axis of an ellipse: `sx`, `sy`,
     /// `sz`.

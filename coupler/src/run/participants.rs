@@ -202,7 +202,12 @@ impl Participants {
                 let executable = solvers.executable.display().to_string();
                 vec![executable, role.to_string(), case.display().to_string()]
             }
-            Start::Command(words) => words.to_vec(),
+            // A coupler that is killed before its guard knows of the program must not leave it behind, and
+            // such a program does not look for itself.
+            Start::Command(words) => {
+                let executable = solvers.executable.display().to_string();
+                [&[executable, "become".to_owned()], words].concat()
+            }
             Start::Fmu(_) => {
                 let executable = solvers.executable.display().to_string();
                 vec![executable, "fmu".to_owned(), role.to_string(), case.display().to_string()]
@@ -226,10 +231,11 @@ impl Participants {
             ("MENISCUS_COUPLER", std::process::id().to_string()),
         ];
         let log = options.out.join(format!("{role}.log"));
-        let child = Child::spawn(role, &command, &environment, &log)?;
+        let mut child = Child::spawn(role, &command, &environment, &log)?;
         if let Some(guard) = &mut self.guard {
             guard.watch(child.id());
         }
+        child.release();
         self.children.insert(role, Rc::new(RefCell::new(child)));
         Ok(())
     }

@@ -4,7 +4,7 @@
 use crate::support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
 use interfaces::protocol::{Hello, Kind, MessageHeader, Payload, Selection, VERSION, Welcome};
 use interfaces::remote::Listening;
-use interfaces::transport::{Connection, Message, SharedMemory, WithinProcess};
+use interfaces::transport::{Alive, Connection, Message, SharedMemory, WithinProcess};
 use interfaces::{
     Address, Deadlines, Direction, Guarded, Participant, ParticipantError, RemoteParticipant, Result, Role,
     ServeError, new_run, serve_over,
@@ -128,6 +128,31 @@ fn a_coupler_that_is_silent_too_long_is_given_up() {
     let error = ParticipantError::TimedOut { during, seconds: 2.1 };
     assert_eq!(served.join().unwrap(), Err(ServeError::Coupler(error)));
     drop(structure);
+}
+
+/// Who takes nothing is mostly at its end, which is seen a moment later: then the end is told.
+#[test]
+fn a_message_that_nobody_takes_waits_for_the_reason() {
+    let domain = Domain::new();
+    let mut coupler = Connection::<WithinProcess>::create(&address(&domain), Arc::default()).unwrap();
+    let accept = MessageHeader::new(Kind::Accept, 65);
+    let mut refused = |alive: Alive| {
+        coupler.watch(alive);
+        coupler.send(accept, &Payload::default(), true, || "while accepting".to_owned()).unwrap_err()
+    };
+    let error = refused(Box::new(|| None)).to_string();
+    assert!(
+        error.contains(
+            "nobody takes `Accept` 65 of window 0, iteration 0: not connected, or its buffer is full"
+        ),
+        "{error}"
+    );
+    let mut looks = 0;
+    let dying = Box::new(move || {
+        looks += 1;
+        (looks > 3).then(|| "signal 15".to_owned())
+    });
+    assert_eq!(refused(dying), ParticipantError::Died { during: "while accepting (signal 15)".to_owned() });
 }
 
 #[test]

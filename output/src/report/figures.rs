@@ -1,6 +1,6 @@
 //! Which columns of a run's tables become which figure. A figure whose columns are not there is left out.
 
-use super::plot::{self, Curve, Mark, Marks, Plot};
+use super::plot::{Curve, Mark, Marks, Plot};
 use super::references::Reference;
 use super::scale;
 use crate::summary::EnergyBalance;
@@ -9,7 +9,7 @@ use words::balances;
 
 /// A picture and what stands below it.
 pub(crate) struct Figure {
-    pub svg: String,
+    pub plot: Plot,
     pub caption: String,
 }
 
@@ -24,6 +24,9 @@ pub(crate) struct Comparison {
     pub reference_peak: f64,
     pub run_peak: f64,
 }
+
+const WORKS: &str = "Since the start. Those on our fluid are together the change of its kinetic and potential energy: what the pressure \
+     projection takes is what all others leave.";
 
 /// The time column of a table: `time` or `t`.
 fn times(table: &Columns) -> Option<&[f64]> {
@@ -76,10 +79,7 @@ pub(crate) fn probes(table: &Columns, references: &[Reference]) -> Vec<Figure> {
             ));
         }
     }
-    plots
-        .into_iter()
-        .filter_map(|(plot, _, caption)| Some(Figure { svg: plot::svg(&plot)?, caption }))
-        .collect()
+    plots.into_iter().map(|(plot, _, caption)| Figure { plot, caption }).collect()
 }
 
 fn curve(label: &str, times: &[f64], values: &[f64]) -> Curve {
@@ -162,15 +162,23 @@ pub(crate) fn coupling(windows: &Columns) -> Vec<Figure> {
             "Force at the interface",
             |name| quantity_of(name).starts_with("force"),
             false,
-            "",
+            "On the structure: given by the fluid, before and after condition (46) is enforced, applied to the structure.",
         ),
-        figure(windows, "Impulse at the interface", |name| quantity_of(name).starts_with("impulse"), false, ""),
+        figure(windows, "Power at the interface", |name| quantity_of(name).starts_with("power"), false, ""),
+        figure(
+            windows,
+            "Impulse at the interface",
+            |name| quantity_of(name).starts_with("impulse"),
+            false,
+            "The force, summed over time: what is given and not applied is momentum lost between the two.",
+        ),
         figure(
             windows,
             "Work at the interface",
             |name| quantity_of(name).starts_with("work"),
             false,
-            "Given by the fluid, taken by the structure, since the start.",
+            "The power, summed over time: given by the fluid, applied to the structure. Their difference is energy that \
+             the coupling made or took.",
         ),
     ]
     .into_iter()
@@ -178,11 +186,18 @@ pub(crate) fn coupling(windows: &Columns) -> Vec<Figure> {
     .collect()
 }
 
-/// Length of the windows, and the drift of the fluid's volume.
+/// Length of the windows, what they took, and what the fluid's state says of itself.
 pub(crate) fn progress(windows: &Columns) -> Vec<Figure> {
     [
         figure(windows, "Time window", |name| matches!(quantity_of(name), "size" | "dt"), false, ""),
         figure(windows, "Sub-steps in a window", |name| quantity_of(name) == "sub_steps", false, ""),
+        figure(
+            windows,
+            "Wall time of a window",
+            |name| quantity_of(name) == "compute_seconds",
+            false,
+            "Own work of each participant, without its waits.",
+        ),
         figure(
             windows,
             "Drift of the fluid's volume",
@@ -190,6 +205,16 @@ pub(crate) fn progress(windows: &Columns) -> Vec<Figure> {
             false,
             "As a fraction of the volume at the start.",
         ),
+        figure(
+            windows,
+            "Particles out of the fluid",
+            |name| {
+                matches!(quantity_of(name), "splashes" | balances::PARTICLES_LEFT | balances::PARTICLES_LOST)
+            },
+            false,
+            "Splashes fly alone; who left went out of the domain; who is lost is inside a wall or the structure.",
+        ),
+        figure(windows, "Greatest speed", |name| quantity_of(name) == "max_speed", false, ""),
         figure(
             windows,
             "Solver residual",
@@ -216,7 +241,7 @@ fn figure(
     let unit = table.unit(chosen.first()?.0);
     let curves = chosen.iter().map(|(name, values)| curve(&name.replace('.', " "), times, values)).collect();
     let plot = Plot { title: title.to_owned(), unit, logarithmic, curves, ..Plot::default() };
-    Some(Figure { svg: plot::svg(&plot)?, caption: caption.to_owned() })
+    Some(Figure { plot, caption: caption.to_owned() })
 }
 
 /// Energies `<side>.<kind>_energy`: one figure a side with its total, then the whole (the paper's Figs. 11
@@ -237,8 +262,12 @@ pub(crate) fn energy(windows: &Columns) -> Vec<Figure> {
     for side in sides {
         let (curves, total) = side_energy(windows, times, side);
         let caption = if side == "structure" { "As the paper's Figs. 11 and 20(a)–(d)." } else { "" };
-        figures.extend(energy_figure(&format!("Energy of the {side}"), curves, caption.to_owned()));
+        figures.push(energy_figure(&format!("Energy of the {side}"), curves, caption.to_owned()));
         figures.extend(work_figure(windows, times, side));
+        let of_work = |name: &str| {
+            owner_of(name) == side && name.ends_with("_work") && quantity_of(name) != balances::LOAD_WORK
+        };
+        figures.extend(figure(windows, &format!("Works on the {side}"), of_work, false, WORKS));
         totals.push((side, total));
     }
     let whole = windows.get("total_energy").map(<[f64]>::to_vec);
@@ -254,14 +283,14 @@ pub(crate) fn energy(windows: &Columns) -> Vec<Figure> {
         });
         let mut curves: Vec<Curve> = totals.iter().map(|(side, total)| curve(side, times, total)).collect();
         curves.push(curve("total", times, &total));
-        figures.extend(energy_figure("Energy of the whole", curves, caption.unwrap_or_default()));
+        figures.push(energy_figure("Energy of the whole", curves, caption.unwrap_or_default()));
     }
     figures
 }
 
-fn energy_figure(title: &str, curves: Vec<Curve>, caption: String) -> Option<Figure> {
+fn energy_figure(title: &str, curves: Vec<Curve>, caption: String) -> Figure {
     let plot = Plot { title: title.to_owned(), unit: "J".to_owned(), curves, ..Plot::default() };
-    Some(Figure { svg: plot::svg(&plot)?, caption })
+    Figure { plot, caption }
 }
 
 /// The work of all loads on a side (gravity among them) and what became of it: kinetic, strain and dissipated
@@ -283,7 +312,7 @@ fn work_figure(windows: &Columns, times: &[f64], side: &str) -> Option<Figure> {
     );
     let curves =
         vec![curve("kinetic + strain + dissipated", times, &stored), curve("work of loads", times, work)];
-    energy_figure(&format!("Energy and work, {side}"), curves, caption)
+    Some(energy_figure(&format!("Energy and work, {side}"), curves, caption))
 }
 
 /// Curves of the kinds of energy of a side and of their total; and the total.
@@ -365,8 +394,8 @@ mod tests {
         ]);
         let figures = energy(&windows);
         assert_eq!(figures.len(), 3);
-        assert!(figures[0].svg.contains("Energy of the structure"));
-        assert!(figures[2].svg.contains("total: 9.75 J at 1 s"));
+        assert_eq!(figures[0].plot.title, "Energy of the structure");
+        assert_eq!(figures[2].plot.curves[2].values, [10.0, 9.75]);
         assert!(
             figures[2].caption.starts_with("Start 10 J, end 9.75 J, largest rise above an earlier value 0")
         );
@@ -385,7 +414,9 @@ mod tests {
         let figures = energy(&windows);
         assert_eq!(figures.len(), 2);
         // Held is what is not dissipated; a gravity that does not act has no curve.
-        assert!(figures[0].svg.contains("total: 4 J at 1 s") && !figures[0].svg.contains("potential"));
+        let labels: Vec<_> = figures[0].plot.curves.iter().map(|curve| curve.label.as_str()).collect();
+        assert_eq!(labels, ["kinetic", "strain", "dissipated", "total"]);
+        assert_eq!(figures[0].plot.curves[3].values, [1.0, 4.0]);
         // 5 − 4.5 at the end, 1 at the start: a change of 0.5, a tenth of 5.
         let caption = &figures[1].caption;
         assert!(caption.contains("by 500 mJ at most, 0.1 of"), "{caption}");
@@ -420,8 +451,6 @@ mod tests {
     }
 
     fn probes_titles(table: &Columns, references: &[Reference]) -> Vec<String> {
-        let title =
-            |f: Figure| f.svg.split("aria-label=\"").nth(1).unwrap().split('"').next().unwrap().to_owned();
-        probes(table, references).into_iter().map(title).collect()
+        probes(table, references).into_iter().map(|figure| figure.plot.title).collect()
     }
 }

@@ -1,4 +1,4 @@
-//! A small canvas of RGB pixels: discs, rectangles, text of bitmap letters, PNG.
+//! A small canvas of RGB pixels: discs, rectangles, text, PNG.
 
 use super::letters;
 
@@ -58,17 +58,15 @@ impl Image {
         self.fill(Rectangle { left: right, top, right: right + 1, bottom }, colour);
     }
 
-    /// Text with its upper left corner at `(x, y)`, each dot of its letters `size` pixels wide.
-    pub fn text(&mut self, text: &str, x: usize, y: usize, size: usize, colour: Rgb) {
-        for (index, character) in text.chars().enumerate() {
-            for (column, dots) in letters::columns(character).into_iter().enumerate() {
-                for row in (0..8).filter(|row| dots >> row & 1 == 1) {
-                    let left = x + size * (letters::ADVANCE * index + column);
-                    let top = y + size * row;
-                    self.fill(Rectangle { left, top, right: left + size, bottom: top + size }, colour);
-                }
+    /// A line of text from the column `left` on, its capitals about the row `middle`; `size` pixels are from
+    /// the top of its tallest letters to the foot of its lowest.
+    pub fn text(&mut self, text: &str, left: f32, middle: f32, size: f32, colour: Rgb) {
+        let (width, height) = (self.width as i32, self.height as i32);
+        letters::draw(text, left, middle, size, |x, y, coverage| {
+            if (0..width).contains(&x) && (0..height).contains(&y) {
+                self.blend(x as usize, y as usize, colour, f64::from(coverage.min(1.0)));
             }
-        }
+        });
     }
 
     pub fn png(&self) -> Vec<u8> {
@@ -83,11 +81,6 @@ impl Image {
             .expect("a picture with a pixel for every place is written to memory, which cannot fail");
         bytes
     }
-}
-
-/// Width of `text` in pixels.
-pub(crate) fn text_width(text: &str, size: usize) -> usize {
-    (letters::ADVANCE * text.chars().count()).saturating_sub(1) * size
 }
 
 /// Pixels `left..right` by `top..bottom`.

@@ -1,8 +1,10 @@
 //! The page: sections of figures and tables as one HTML file that needs nothing else.
 
 use super::figures::{Comparison, Figure};
-use super::frames::FramePicture;
+use super::frames::{FramePicture, Pictures};
+use super::plot::chart;
 use super::scale::{quantity, short};
+use crate::columns::Contents;
 use crate::summary::{Status, Summary};
 use crate::table::Columns;
 use crate::xml::escape;
@@ -18,15 +20,24 @@ pub(crate) struct Page {
     /// The table of probes, for its units.
     pub probe_columns: Columns,
     pub comparisons: Vec<Comparison>,
-    pub frames: Vec<FramePicture>,
+    pub frames: Pictures,
     pub coupling: Vec<Figure>,
     pub energy: Vec<Figure>,
     pub progress: Vec<Figure>,
+    /// What the columns of the tables are.
+    pub contents: Contents,
     /// What could not be read, in words.
     pub notes: Vec<String>,
 }
 
-const STYLE: &str = include_str!("page.css");
+const STYLE: &str = concat!(include_str!("../../assets/uplot/uPlot.min.css"), "\n", include_str!("page.css"));
+const SCRIPT: &str = concat!(
+    "/*\n",
+    include_str!("../../assets/uplot/LICENSE"),
+    "*/\n",
+    include_str!("../../assets/uplot/uPlot.iife.min.js"),
+    include_str!("report.js")
+);
 
 /// The whole document.
 pub(crate) fn html(page: &Page) -> String {
@@ -45,6 +56,7 @@ pub(crate) fn html(page: &Page) -> String {
     figures(&mut text, "Coupling", &page.coupling, "");
     figures(&mut text, "Energy", &page.energy, "");
     figures(&mut text, "Course of the run", &page.progress, "");
+    column_table(&mut text, &page.contents);
     document(&page.title, &text)
 }
 
@@ -56,7 +68,9 @@ pub fn document(title: &str, body: &str) -> String {
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n<style>\n{STYLE}</style>\n\
-         </head>\n<body>\n<main>\n<h1>{title}</h1>\n{body}</main>\n</body>\n</html>\n"
+         </head>\n<body>\n<main>\n<h1>{title}</h1>\n\
+         <noscript><p class=\"message\">The curves are drawn by a script in this file, which is not allowed to run here.</p></noscript>\n\
+         {body}</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
     )
 }
 
@@ -178,34 +192,68 @@ fn comparison_table(comparisons: &[Comparison]) -> String {
 }
 
 fn figures(text: &mut String, title: &str, figures: &[Figure], after: &str) {
-    if figures.is_empty() {
+    let drawn: Vec<(String, &str)> =
+        figures.iter().filter_map(|figure| Some((chart(&figure.plot)?, figure.caption.as_str()))).collect();
+    if drawn.is_empty() {
         return;
     }
     let _ = writeln!(text, "<h2>{title}</h2>\n<div class=\"figures\">");
-    for figure in figures {
-        let _ = write!(text, "<figure>\n{}", figure.svg);
-        if !figure.caption.is_empty() {
-            let _ = writeln!(text, "<figcaption>{}</figcaption>", escape(&figure.caption));
+    for (chart, caption) in drawn {
+        let _ = write!(text, "<figure>\n{chart}");
+        if !caption.is_empty() {
+            let _ = writeln!(text, "<figcaption>{}</figcaption>", escape(caption));
         }
         text.push_str("</figure>\n");
     }
     let _ = writeln!(text, "</div>\n{after}");
 }
 
-fn frames(text: &mut String, frames: &[FramePicture]) {
-    if frames.is_empty() {
+/// Pictures over time as a player, and those beside it; without its script the player shows them all.
+fn frames(text: &mut String, Pictures { moments, others }: &Pictures) {
+    let figures = |text: &mut String, pictures: &[FramePicture]| {
+        text.push_str("<div class=\"figures\">\n");
+        for FramePicture { caption, file, png } in pictures {
+            let caption = escape(caption);
+            let _ = writeln!(
+                text,
+                "<figure>\n<img alt=\"particles: {caption}\" src=\"data:image/png;base64,{}\">\n\
+                 <figcaption>{caption} (frames/{})</figcaption>\n</figure>",
+                BASE64.encode(png),
+                escape(&file.file_name().unwrap_or_default().to_string_lossy())
+            );
+        }
+        text.push_str("</div>\n");
+    };
+    if moments.is_empty() {
         return;
     }
-    text.push_str("<h2>Pressure in the fluid and stress in the structure</h2>\n<div class=\"figures\">\n");
-    for frame in frames {
-        let caption = escape(&frame.caption);
+    let _ = writeln!(
+        text,
+        "<h2>Pressure in the fluid and stress in the structure</h2>\n<div class=\"player\">\n<div class=\"controls\">\
+         <button type=\"button\">Play</button>\
+         <input type=\"range\" aria-label=\"frame\" min=\"0\" max=\"{}\" value=\"0\"></div>",
+        moments.len() - 1
+    );
+    figures(text, moments);
+    text.push_str("</div>\n");
+    if !others.is_empty() {
+        figures(text, others);
+    }
+}
+
+/// Unit and meaning of each column, folded away.
+fn column_table(text: &mut String, contents: &Contents) {
+    for (table, columns) in contents {
         let _ = writeln!(
             text,
-            "<figure>\n<img alt=\"particles: {caption}\" src=\"data:image/png;base64,{}\">\n\
-             <figcaption>{caption} (frames/{})</figcaption>\n</figure>",
-            BASE64.encode(&frame.png),
-            escape(&frame.file.file_name().unwrap_or_default().to_string_lossy())
+            "<details><summary>Columns of {}</summary>\n<div class=\"scroll\"><table>\n\
+             <tr><th>column</th><th>unit</th><th>meaning</th></tr>",
+            escape(table)
         );
+        for (name, content) in columns {
+            let [name, unit, meaning] = [name, &content.unit, &content.meaning].map(|cell| escape(cell));
+            let _ = writeln!(text, "<tr><th scope=\"row\">{name}</th><td>{unit}</td><td>{meaning}</td></tr>");
+        }
+        text.push_str("</table></div>\n</details>\n");
     }
-    text.push_str("</div>\n");
 }

@@ -2,8 +2,8 @@
 //! equal scale with the time above and the colour bars below.
 
 use super::colours::{self, ColourMap};
-use super::image::{Image, Rectangle, Rgb, text_width};
-use super::letters;
+use super::image::{Image, Rectangle, Rgb};
+use super::letters::width;
 use super::scale;
 
 /// The particles of one medium.
@@ -31,10 +31,12 @@ pub(crate) struct Bar {
     pub high: f64,
 }
 
-/// The part of space that is shown, in m.
+/// The part of space that a picture shows, in m; in three dimensions, seen along y, `y` is of the third axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct View {
+pub struct View {
+    /// From the left to the right.
     pub x: (f64, f64),
+    /// From the bottom to the top.
     pub y: (f64, f64),
 }
 
@@ -45,9 +47,12 @@ const RIGHT: usize = 24;
 const TOP: usize = 44;
 const LINE: usize = 24;
 const BAR_HEIGHT: usize = 16;
+/// Heights of lines of text, in pixels.
+const HEADING: f32 = 26.0;
+const TEXT: f32 = 19.0;
 
-/// Draws the layers over each other.
-pub(crate) fn draw(time: f64, view: &View, layers: &[Layer]) -> Image {
+/// Draws the layers over each other, below a heading.
+pub(crate) fn draw(heading: &str, view: &View, layers: &[Layer]) -> Image {
     let (width, height) = (view.x.1 - view.x.0, view.y.1 - view.y.0);
     // Pixels a metre: as large as fits into 800 × 560.
     let scale = (800.0 / width).min(560.0 / height);
@@ -70,7 +75,7 @@ pub(crate) fn draw(time: f64, view: &View, layers: &[Layer]) -> Image {
         draw_layer(&mut image, layer, view, plot, scale);
     }
     image.outline(plot, INK);
-    image.text(&format!("t = {time:.4} s"), LEFT, 12, 3, INK);
+    image.text(heading, LEFT as f32, 0.5 * TOP as f32, HEADING, INK);
     axes(&mut image, view, plot, scale);
     for (index, bar) in bars.iter().enumerate() {
         let share = (image_width - LEFT - RIGHT) / bars.len();
@@ -109,6 +114,7 @@ fn axes(image: &mut Image, view: &View, plot: Rectangle, scale: f64) {
     let reach =
         [view.x.0, view.x.1, view.y.0, view.y.1].into_iter().fold(0.0, |max: f64, v| max.max(v.abs()));
     let (factor, unit) = scale::prefixed("m", reach);
+    let (below, beside) = (plot.bottom as f32 + 18.0, plot.left as f32 - 10.0);
     // A label needs about 70 pixels along x and 40 along y.
     let count = |pixels: usize, each: usize| (pixels / each).clamp(1, 8);
     let inside = |(low, high): (f64, f64), count: usize| {
@@ -118,22 +124,21 @@ fn axes(image: &mut Image, view: &View, plot: Rectangle, scale: f64) {
     for (value, label) in inside(view.x, count(plot.right - plot.left, 90)) {
         let x = plot.left + ((value / factor - view.x.0) * scale) as usize;
         image.fill(Rectangle { left: x, top: plot.bottom, right: x + 2, bottom: plot.bottom + 6 }, INK);
-        let left = (x + 1).saturating_sub(text_width(&label, 2) / 2);
-        image.text(&label, left, plot.bottom + 10, 2, INK);
+        let left = (x + 1) as f32 - 0.5 * width(&label, TEXT);
+        image.text(&label, left, below, TEXT, INK);
     }
     for (value, label) in inside(view.y, count(plot.bottom - plot.top, 60)) {
         let y = plot.bottom - ((value / factor - view.y.0) * scale) as usize;
         image.fill(Rectangle { left: plot.left - 6, top: y - 1, right: plot.left, bottom: y + 1 }, INK);
-        let left = (plot.left - 10).saturating_sub(text_width(&label, 2));
-        image.text(&label, left, y - letters::HEIGHT, 2, INK);
+        image.text(&label, beside - width(&label, TEXT), y as f32, TEXT, INK);
     }
-    image.text(&unit, plot.left - 10 - text_width(&unit, 2), plot.bottom + 10, 2, INK);
+    image.text(&unit, beside - width(&unit, TEXT), below, TEXT, INK);
 }
 
 fn draw_bar(image: &mut Image, bar: &Bar, left: usize, right: usize, top: usize) {
     let (factor, unit) = scale::prefixed(bar.unit, bar.low.abs().max(bar.high.abs()));
     let label = if unit.is_empty() { bar.label.clone() } else { format!("{} ({unit})", bar.label) };
-    image.text(&label, left, top, 2, INK);
+    image.text(&label, left as f32, top as f32 + 9.0, TEXT, INK);
     let area = Rectangle { left, top: top + LINE, right, bottom: top + LINE + BAR_HEIGHT };
     for x in left..right {
         let fraction = (x - left) as f64 / (right - left - 1) as f64;
@@ -147,9 +152,9 @@ fn draw_bar(image: &mut Image, bar: &Bar, left: usize, right: usize, top: usize)
     for (value, label) in ticks.into_iter().filter(|(v, _)| *v >= low - slack && *v <= high + slack) {
         let x = left + ((value - low) / (high - low) * (right - left - 1) as f64).max(0.0) as usize;
         image.fill(Rectangle { left: x, top: area.bottom, right: x + 2, bottom: area.bottom + 5 }, INK);
-        let half = text_width(&label, 2) / 2;
-        let last_left = image.width.saturating_sub(2 * half + 2);
-        image.text(&label, x.saturating_sub(half).min(last_left), area.bottom + 9, 2, INK);
+        let wide = width(&label, TEXT);
+        let place = (x as f32 - 0.5 * wide).min(image.width as f32 - wide - 2.0);
+        image.text(&label, place, area.bottom as f32 + 17.0, TEXT, INK);
     }
 }
 
@@ -164,7 +169,7 @@ mod tests {
         let mut values = vec![0.5; 900];
         values[450] = f64::NAN;
         let layer = Layer { points, paint: Paint::Values(values, bar), spacing: 1.0 };
-        let image = draw(0.0, &View { x: (-1.0, 30.0), y: (-1.0, 30.0) }, &[layer]);
+        let image = draw("", &View { x: (-1.0, 30.0), y: (-1.0, 30.0) }, &[layer]);
         let broken = image.pixels.as_chunks::<3>().0.iter().filter(|p| **p == colours::BROKEN).count();
         // Radius 0.6 of 18 pixels a metre: 368 pixels, less the soft edge.
         assert!((250..368).contains(&broken), "{broken}");

@@ -38,18 +38,6 @@ pub(crate) fn linear(min: f64, max: f64, count: usize) -> Ticks {
     Ticks { low: first as f64 * step, high: last as f64 * step, labels }
 }
 
-/// Ticks at powers of ten covering the positive `min` to `max`; at most about `count`, then every second,
-/// third, …
-pub(crate) fn logarithmic(min: f64, max: f64, count: usize) -> Ticks {
-    // 1e-9: a bound on a power of ten up to round-off does not get another decade.
-    let first = (min.log10() + 1e-9).floor() as i32;
-    let last = ((max.log10() - 1e-9).ceil() as i32).max(first + 1);
-    let stride = ((last - first) as usize).div_ceil(count.max(1)).max(1);
-    let labels =
-        (first..=last).rev().step_by(stride).map(|power| (10f64.powi(power), power_of_ten(power))).collect();
-    Ticks { low: 10f64.powi(first), high: 10f64.powi(last), labels }
-}
-
 /// `10` with its raised power.
 pub(crate) fn power_of_ten(power: i32) -> String {
     const RAISED: [char; 10] = ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'];
@@ -110,8 +98,6 @@ mod tests {
         assert_eq!(labels(&linear(0.0, 0.4, 5)), ["0", "0.1", "0.2", "0.3", "0.4"]);
         assert_eq!(labels(&linear(-3.0, 44.0, 5)), ["−10", "0", "10", "20", "30", "40", "50"]);
         assert_eq!(labels(&linear(7.0, 7.0, 3)), ["6.90", "6.95", "7.00", "7.05", "7.10"]);
-        assert_eq!(labels(&logarithmic(3e-3, 0.5, 8)), ["10⁰", "10⁻¹", "10⁻²", "10⁻³"]);
-        assert_eq!(labels(&logarithmic(1e-16, 1.0, 4)), ["10⁰", "10⁻⁴", "10⁻⁸", "10⁻¹²", "10⁻¹⁶"]);
         for (min, max) in [(1e-9, 3e-9), (-1.0, 1e6), (0.99999, 1.00001), (5.0, 5.0), (0.0, 0.0)] {
             let ticks = linear(min, max, 5);
             assert!(

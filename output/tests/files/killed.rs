@@ -39,7 +39,7 @@ fn files_are_whole_after_a_kill() {
         let rows = table::read(&dir.path().join("t.csv")).unwrap();
         assert!(rows.columns[0].iter().enumerate().all(|(row, &value)| value == row as f64));
         assert!(Summary::read(&dir.path().join("summary.json")).unwrap().windows > 0);
-        output::write_report(dir.path()).unwrap();
+        output::write_report(dir.path(), &output::report::Shown::default()).unwrap();
     }
 }
 

@@ -91,11 +91,28 @@ fn preview_in<S: Solid<D>, const D: usize>(case: &Case) -> Result<Vec<(String, S
         line("particles", format!("{} ({free} free)", particles.len())),
         line("stable sub-step", format!("{stable:.3e} s")),
     ];
-    if let Some(count) = case.coupling.as_ref().and_then(|c| c.sub_steps.count()) {
+    if let Some(count) = sub_steps(case) {
         lines
             .push(line("largest window", format!("{:.3e} s ({count} sub-steps)", stable * f64::from(count))));
     }
     Ok(lines)
+}
+
+fn sub_steps(case: &Case) -> Option<u32> {
+    case.coupling.as_ref().and_then(|coupling| coupling.sub_steps.count())
+}
+
+/// Largest window (s) of the structure of `case`, where the case says how many sub-steps it takes.
+///
+/// # Errors
+/// A setting that cannot be used.
+pub fn largest_window(case: &Case) -> Result<Option<f64>> {
+    let Some(count) = sub_steps(case) else { return Ok(None) };
+    let stable = match case.general.dimension {
+        2 => build::<TotalLagrangian<2>, 2>(case)?.1.stability.step,
+        _ => build::<TotalLagrangian<3>, 3>(case)?.1.stability.step,
+    };
+    Ok(Some(stable * f64::from(count)))
 }
 
 fn build<S: Solid<D>, const D: usize>(case: &Case) -> Result<(S, State<D>)> {

@@ -115,6 +115,9 @@ const ROWS: &[(&str, &str, &str)] = &[
     ("high = [1.0, 0.5]",
      "high = [1.05, 0.5]",
      "line 16: fluid.region.0.box: the region \"water\" overlaps the wall \"right\"; move or shrink one of them; they may touch"),
+    ("low = [0.0, -0.05], high = [1.0, 0.0] }\n\n[[structure.clamp]]",
+     "low = [0.0, -0.02], high = [1.0, 0.0] }\n\n[[structure.clamp]]",
+     "line 35: structure.body.0.box: is 2 layers of particles thick, and the quadratic gradient needs 3; take a particle_spacing of at most 6.667e-3 m, or structure.numerics.gradient = \"first-order\""),
     ("face = \"right\"",
      "face = \"top\"\nrows = 3",
      "line 37: structure.clamp.0: its fixed rows lie in the region \"water\"; clamp another face, or move the region"),
@@ -369,6 +372,15 @@ fn what_moves_overlaps_nothing_and_bodies_stay_out_of_solids() {
             .any(|line| line.contains("\"gate2\" overlaps the wall \"bed2\", and the wall \"gate2\" moves")),
         "{gate:#?}"
     );
+    let held = |motion: &str| {
+        let text = changed("face = \"right\"", "face = \"right\"\nrows = 3");
+        let text = text.replacen("name = \"right\"\n", &format!("name = \"right\"\n{motion}\n"), 1);
+        mistakes(Case::parse(&text, Path::new("case.toml"), &[], &SECTIONS))
+    };
+    assert_eq!(held(""), [""; 0], "rows may lie in a wall that stays");
+    let gone = held(lifts);
+    let named = "its fixed rows lie in the wall \"right\", which moves, and a clamp stays";
+    assert!(gone.iter().any(|line| line.contains(named)), "{gone:#?}");
     let thin = found(wall("foil", "[0.2, -0.15]", "[0.201, -0.05]", ""));
     assert!(
         thin.iter().any(|line| line.contains("is thinner (0.001 m) than one particle spacing")),
