@@ -197,7 +197,8 @@ fn library(text: &str) -> Result<meniscus_structure::package::Library, String> {
 pub struct Report {
     /// Folder of the outputs of a run
     pub dir: PathBuf,
-    /// Draw the snapshots nearest to these times (s) [default: evenly over the run, and at extremes of probes]
+    /// Draw the snapshots nearest to these times (s) [default: evenly over the run, and at extremes of
+    /// probes]
     #[arg(long, value_name = "SECONDS", value_delimiter = ',')]
     pub times: Vec<f64>,
     /// Draw this box (m) [default: all of the structure, and the fluid without drops that fly far]

@@ -48,7 +48,8 @@ const LOOK: Duration = Duration::from_millis(5);
 impl Child {
     /// Starts `command` in a process group of its own, so that Ctrl-C on the terminal reaches the coupler
     /// alone, which then ends the participants in order. `environment` is added to this process's own. What
-    /// it prints goes to `log`; its standard input ends with this process, or with [`release`](Self::release).
+    /// it prints goes to `log`; its standard input ends with this process, or with
+    /// [`release`](Self::release).
     pub fn spawn(
         role: Role,
         command: &[String],

@@ -463,8 +463,8 @@ fn whoever_outlives_a_killed_coupler_is_ended() {
     until("an empty shared memory", || bench.left().is_empty().then_some(()));
 }
 
-/// A program of another make is started by a process that becomes it when the coupler says so, after its guard
-/// knows of it: of a coupler that is killed before, nothing is left.
+/// A program of another make is started by a process that becomes it when the coupler says so, after its
+/// guard knows of it: of a coupler that is killed before, nothing is left.
 #[test]
 fn no_program_starts_that_the_guard_does_not_know_of() {
     let bench = Bench::new();

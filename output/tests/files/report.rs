@@ -281,7 +281,8 @@ fn the_report_has_every_figure_and_stands_alone() {
     // The library stands in the page with its licence, and nothing is loaded.
     assert!(html.contains("var uPlot=function") && html.contains("Copyright (c) 2022 Leon Sorokin"));
     assert!(!html.contains("<link") && !html.contains("<script src") && !html.contains("src=\"frames"));
-    // Of 21 snapshots 16 evenly, among which those nearest to the extremes of probes are; one of the structure.
+    // Of 21 snapshots 16 evenly, among which those nearest to the extremes of probes are; one of the
+    // structure.
     let frames = html.matches("data:image/png;base64,").count();
     assert_eq!(frames, 17);
     assert!(html.contains("nearest to the largest tip.ux"));
