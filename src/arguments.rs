@@ -159,15 +159,18 @@ pub struct ExportFmu {
     /// The case.
     #[command(flatten)]
     pub case: CaseArguments,
-    /// The archive to write
+    /// The archive to write; NAME.ssp is a system (SSP 1.0) of the unit and its connectors
     #[arg(short, long, value_name = "FILE", default_value = "structure.fmu")]
     pub output: PathBuf,
-    /// Version of the standard: 3 with arrays of the whole interface, 2 with scalar variables of some points
+    /// Version of the standard: 3 with arrays of the whole interface, 2 with scalar variables at some points
     #[arg(long, value_enum, default_value = "3")]
     pub fmi: FmiVersion,
-    /// Points that stand for the interface, as far apart as can be (FMI 2.0)
-    #[arg(long, value_name = "COUNT", default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..))]
-    pub points: u32,
+    /// Scalar variables at some points in FMI 3.0 too, for tools that know no arrays
+    #[arg(long)]
+    pub scalars: bool,
+    /// Points that stand for the interface where variables are scalars, as far apart as can be [default: 8]
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..))]
+    pub points: Option<u32>,
     /// Library of another platform to pack too, for example aarch64-darwin=libmeniscus_structure.dylib;
     /// repeatable
     #[arg(long, value_name = "PLATFORM=FILE", value_parser = library)]

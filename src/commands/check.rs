@@ -90,7 +90,17 @@ fn sides(case: &Case) -> impl Iterator<Item = (Role, Start<'_>)> {
 
 /// What would solve a side: pairs of what and value.
 fn preview(case: &Case, role: Role, start: Start<'_>) -> Result<Vec<(String, String)>, String> {
-    let who = |what: &str, value: String| Ok(vec![(what.to_owned(), value)]);
+    let who = |what: &str, value: String| {
+        let mut lines = vec![(what.to_owned(), value)];
+        let of_side = case.probes.iter().filter(|probe| probe.is_on_structure() == (role == Role::Structure));
+        lines.extend(of_side.map(|probe| {
+            let names: Vec<String> =
+                probe.scalars(case.general.dimension).map(|scalar| scalar.name).collect();
+            let what = format!("probe \"{}\" is recorded if it reports {}", probe.name, names.join(", "));
+            ("note".to_owned(), what)
+        }));
+        Ok(lines)
+    };
     match (start, role) {
         (Start::Own, Role::Fluid) => fluid::participant::preview(case).map_err(|e| e.to_string()),
         (Start::Own, Role::Structure) => structure::participant::preview(case).map_err(|e| e.to_string()),

@@ -1,11 +1,14 @@
 //! `meniscus export-fmu`.
 
-use super::{failed, load, say};
+use super::{failed, load, say, tell};
 use crate::arguments::{ExportFmu, FmiVersion};
 use meniscus_structure::description::Version;
 use meniscus_structure::package::{self, Library};
 use std::path::PathBuf;
 use std::process::ExitCode;
+
+/// Points that stand for the interface where the user does not say.
+const POINTS: usize = 8;
 
 /// Packages the structure of a case as a functional mock-up unit.
 pub fn export_fmu(arguments: &ExportFmu) -> ExitCode {
@@ -30,7 +33,12 @@ pub fn export_fmu(arguments: &ExportFmu) -> ExitCode {
             }
         }
     }
-    match package::export(&case, version, arguments.points as usize, &libraries, &arguments.output) {
+    let scalars = arguments.scalars || version == Version::Fmi2;
+    if arguments.points.is_some() && !scalars {
+        return failed("--points is for scalar variables: add --scalars, or --fmi 2");
+    }
+    let points = scalars.then(|| arguments.points.map_or(POINTS, |points| points as usize));
+    match package::export(&case, version, points, &libraries, &arguments.output) {
         Ok(exported) => {
             let platforms: Vec<&str> = libraries.iter().map(|library| library.platform.as_str()).collect();
             say(format_args!(
@@ -41,6 +49,14 @@ pub fn export_fmu(arguments: &ExportFmu) -> ExitCode {
                 exported.bytes as f64 / 1e6,
                 platforms.join(", ")
             ));
+            exported.needs.iter().for_each(|line| say(line));
+            if let (Some(wanted), Some(found)) = (arguments.points, exported.points)
+                && found < wanted as usize
+            {
+                tell(format_args!(
+                    "warning: --points {wanted}: the unit has {found} points, as many as there are interface particles"
+                ));
+            }
             ExitCode::SUCCESS
         }
         Err(error) => failed(error),

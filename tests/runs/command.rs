@@ -288,6 +288,31 @@ fn the_structure_of_a_case_is_exported_as_a_unit() {
             assert!(found, "{member} is not in the unit for FMI {version}");
         }
     }
+    // Scalars in FMI 3.0 too; as a system with the unit's connectors. What is asked for and cannot be is told.
+    let system = bench.path("plate.ssp").display().to_string();
+    let words = ["export-fmu", "cases/oscillating_plate", "-o", &system];
+    refused(&bench.call(&words), 1, &["SSP 1.0 has no arrays", "--scalars"]);
+    refused(&bench.call(&[&words, ["--points", "4"].as_slice()].concat()), 1, &["--points is for scalar"]);
+    let scalars = ["--scalars", "--points", "5000", "--set", "case.particle_spacing=0.01"];
+    let ended = bench.call(&[words.as_slice(), &scalars].concat());
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    assert!(ended.errors.contains("warning: --points 5000: the unit has"), "{}", ended.errors);
+    let mut archive = zip::ZipArchive::new(fs::File::open(&system).expect("a file")).expect("an archive");
+    let described = archive.by_name("SystemStructure.ssd").expect("a description");
+    let described = std::io::read_to_string(described).expect("text");
+    for connector in
+        ["point[1].force.x\" kind=\"input", "tip.uy\" kind=\"output", "density\" kind=\"parameter"]
+    {
+        assert!(
+            described.matches(&format!("<ssd:Connector name=\"{connector}\"")).count() == 2,
+            "{connector}"
+        );
+    }
+    let mut unit = Vec::new();
+    let mut member = archive.by_name("resources/structure.fmu").expect("the unit");
+    std::io::Read::read_to_end(&mut member, &mut unit).expect("it can be read");
+    let members = zip::ZipArchive::new(std::io::Cursor::new(unit)).expect("an archive");
+    assert!(members.file_names().any(|name| name == "modelDescription.xml"));
     let alone = bench.call(&["export-fmu", "cases/hydrostatic_tank"]);
     refused(&alone, 1, &["the case has no structure"]);
 }

@@ -178,31 +178,88 @@ fn a_unit_that_does_not_fit_is_refused_before_anything_starts() {
     }
 }
 
-/// A unit of FMI 2.0 knows a few points; the fluid meets the particles of its bodies through a mapping.
+/// A unit of scalar variables knows a few points; the fluid meets the particles of its bodies through a
+/// mapping. The case says neither where its variables are nor how they are mapped.
 #[test]
-fn a_reduced_unit_meets_our_fluid_through_a_mapping() {
+fn a_reduced_unit_meets_our_fluid_and_the_case_says_no_more_than_its_name() {
     let bench = Bench::new();
-    let unit = export(&bench, "gate.fmu", &[&COARSE[..7], &["--fmi", "2", "--points", "16"]].concat());
-    let participant = format!("structure.participant={{ fmu = \"{unit}\" }}");
-    let mapping = "coupling.mapping={ method = \"radial-basis\", reach = 0.02 }";
-    let outputs = bench.coarse_gate("out", &["--set", &participant, "--set", mapping]);
-    let table = outputs.table("windows.csv");
-    let column = |name: &str| table.get(name).expect("a column").to_vec();
-    let (given, applied) = (column("force_after_x"), column("force_applied_x"));
-    // Water of 0.14 m pushes the gate; what it gives arrives.
-    assert!(given.iter().any(|f| *f > 5.0), "{given:?}");
-    assert!(
-        given.iter().zip(&applied).all(|(g, a)| (g - a).abs() <= 1e-9 * g.abs()),
-        "{given:?} {applied:?}"
-    );
-    // The gate bends as with all 64 particles of its interface: a smooth load at sixteen points is nearly the
-    // same load. Measured: 3e-5.
     let whole = bench.coarse_gate("native", &[]);
     let tip = |outputs: &Outputs| {
         outputs.table("probes.csv").get("tip.ux").expect("a probe").last().copied().expect("rows")
     };
-    let (reduced, whole) = (tip(&outputs), tip(&whole));
-    assert!((reduced / whole - 1.0).abs() < 3e-4, "{reduced} {whole}");
+    for kind in [["--fmi", "2"].as_slice(), &["--scalars"]] {
+        let unit = export(&bench, "gate.fmu", &[&COARSE[..7], kind, &["--points", "16"]].concat());
+        let outputs = bench.coarse_gate("out", &["--set", &format!("structure.participant.fmu={unit}")]);
+        let table = outputs.table("windows.csv");
+        let column = |name: &str| table.get(name).expect("a column").to_vec();
+        let (given, applied) = (column("force_after_x"), column("force_applied_x"));
+        // Water of 0.14 m pushes the gate; what it gives arrives.
+        assert!(given.iter().any(|f| *f > 5.0), "{given:?}");
+        assert!(
+            given.iter().zip(&applied).all(|(g, a)| (g - a).abs() <= 1e-9 * g.abs()),
+            "{given:?} {applied:?}"
+        );
+        // The gate bends as with all 64 particles of its interface: a smooth load at sixteen points is nearly
+        // the same load. Measured: 3e-5.
+        let (reduced, whole) = (tip(&outputs), tip(&whole));
+        assert!((reduced / whole - 1.0).abs() < 3e-4, "{kind:?}: {reduced} {whole}");
+        let notes = outputs.summary().notes.join("; ");
+        assert!(notes.contains("a mapping by radial basis functions"), "{notes}");
+    }
+}
+
+/// What keeps a unit from taking part is told by `check`, with what the system or the unit says of it, and in
+/// the same words by a run.
+#[test]
+fn a_unit_that_cannot_take_part_is_told_with_the_reason() {
+    let bench = Bench::new();
+    let spring = Spring::of(3);
+    for (spring, scheme, words) in [
+        (Spring { define: "UNRESOLVED", ..spring }, "serial-explicit", "undefined symbol: nowhere"),
+        (
+            Spring { define: "WITHOUT_STATE", ..spring },
+            "serial-explicit",
+            "undefined symbol: fmi3GetFMUState",
+        ),
+        (Spring { keeps_state: false, ..spring }, "serial-implicit", "canGetAndSetFMUState is false"),
+    ] {
+        let unit = spring.build(bench.path("").as_path());
+        let file = case(&bench, COLUMN, &spring.participant(&unit, ""));
+        let scheme = format!("coupling.scheme={scheme}");
+        let checked = bench.call(&["check", &file, "--set", &scheme]);
+        let run = bench.start_run("out", &[&file, "--no-report", "--set", &scheme]).wait();
+        for ended in [checked, run] {
+            assert_ne!(ended.status.code(), Some(0), "{words}: {}", ended.text);
+            assert!(ended.errors.contains(words), "`{words}` is not in: {}", ended.errors);
+            assert!(!ended.text.contains("no mistakes found"), "{words}");
+        }
+    }
+}
+
+/// A probe that the unit does not have, and one on a structure of another program's, are told before a run and
+/// after it.
+#[test]
+fn a_probe_that_a_foreign_structure_does_not_have_is_told() {
+    let bench = Bench::new();
+    let spring = Spring::of(3);
+    let unit = spring.build(bench.path("").as_path());
+    let mock = format!(
+        "{{ command = [\"{MENISCUS}\", \"mock\", \"spring-mass\", \"points=5\", \"spacing=0.01\"] }}"
+    );
+    for (structure, said) in [
+        (spring.participant(&unit, ""), "the case's probe `tip.ux` is none of its variables"),
+        (mock, "probe \"tip\" is recorded if it reports tip.ux, tip.uy"),
+    ] {
+        let file = case(&bench, COLUMN, &structure);
+        let probe =
+            "probe=[{ name = \"tip\", on = \"structure\", quantity = \"displacement\", at = [0.0, 0.0] }]";
+        let checked = bench.call(&["check", &file, "--set", probe]);
+        let run = bench.start_run("out", &[&file, "--no-report", "--set", probe]).wait();
+        for (ended, told) in [(checked, said), (run, "probe \"tip\" is not recorded: the structure, ")] {
+            assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+            assert!(ended.text.contains(told), "`{told}` is not in: {}", ended.text);
+        }
+    }
 }
 
 /// Units on both sides, of another hand both: meniscus as nothing but the coupling.

@@ -107,7 +107,7 @@ impl Unit {
             return Err(teller.error("fmi2Instantiate", "with no instance"));
         }
         let common = Common { handle, state: std::ptr::null_mut(), version: Version::Fmi2, library, teller };
-        common.require(&["FreeInstance", "ExitInitializationMode", "Terminate"])?;
+        common.require(description)?;
         Ok(Self { common, functions, _callbacks: callbacks })
     }
 

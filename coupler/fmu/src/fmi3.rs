@@ -101,15 +101,7 @@ impl Unit {
             return Err(teller.error("fmi3InstantiateCoSimulation", "with no instance"));
         }
         let common = Common { handle, state: std::ptr::null_mut(), version: Version::Fmi3, library, teller };
-        common.require(&["FreeInstance", "EnterConfigurationMode", "ExitConfigurationMode"])?;
-        common.require(&[
-            "ExitInitializationMode",
-            "Terminate",
-            "GetFMUState",
-            "SetFMUState",
-            "FreeFMUState",
-        ])?;
-        common.require(&["SerializedFMUStateSize", "SerializeFMUState", "DeserializeFMUState"])?;
+        common.require(description)?;
         Ok(Self { common, functions })
     }
 

@@ -3,7 +3,7 @@
 #![expect(unsafe_code, reason = "functions of a library are found by name and called through pointers")]
 
 use crate::Error;
-use crate::description::{Type, Variable, Version};
+use crate::description::{Description, Type, Variable, Version};
 use interfaces::case::unit::ParameterValue;
 use libloading::Library;
 use std::ffi::{CStr, CString, c_char, c_void};
@@ -150,9 +150,18 @@ impl Common {
         self.check(own, unsafe { function(self.handle) })
     }
 
-    /// Refuses a unit that lacks one of these functions.
-    pub(crate) fn require(&self, functions: &[&str]) -> Result<(), Error> {
-        functions.iter().try_for_each(|own| self.function::<Plain>(own).map(|_| ()))
+    /// Refuses a unit that lacks a function that it needs, or one for what it says that it can.
+    pub(crate) fn require(&self, description: &Description) -> Result<(), Error> {
+        let groups: [(bool, &[&str]); 3] = [
+            (true, &["FreeInstance", "ExitInitializationMode", "Terminate"]),
+            (description.keeps_state, &["GetFMUState", "SetFMUState", "FreeFMUState"]),
+            (
+                description.serializes_state,
+                &["SerializedFMUStateSize", "SerializeFMUState", "DeserializeFMUState"],
+            ),
+        ];
+        let needed = groups.into_iter().filter(|(can, _)| *can).flat_map(|(_, functions)| functions);
+        needed.into_iter().try_for_each(|own| self.function::<Plain>(own).map(|_| ()))
     }
 }
 

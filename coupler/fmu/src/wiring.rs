@@ -115,6 +115,7 @@ pub fn wire(unit: Unit<'_>, description: &Description, case: &Case, role: Role) 
     let window_limit = plan.number("window_limit", unit.variables.window_limit.as_deref(), "largest_step");
     let sub_steps = plan.number("sub_steps", unit.variables.sub_steps.as_deref(), "steps_taken");
     plan.check_state(case);
+    plan.note_mapping(&wires, case);
     let Plan { mismatches, notes, .. } = plan;
     if mismatches.is_empty() {
         Ok(Wiring { wires, records, window_limit, sub_steps, parameters, notes })
@@ -156,6 +157,18 @@ impl Plan<'_> {
             self.mismatches.push(format!(
                 "{key}: it cannot solve a window again (canGetAndSetFMUState is false); take coupling.scheme = \"serial-explicit\" with coupling.prediction = false, or \"parallel-explicit\""
             ));
+        }
+    }
+
+    /// A structure that takes forces alone meets the fluid through a mapping, which the case need not name.
+    fn note_mapping(&mut self, wires: &[Wire], case: &Case) {
+        let takes =
+            |name: &str| wires.iter().any(|w| w.port.name == name && w.port.direction == Direction::In);
+        let named = case.coupling.as_ref().is_none_or(|coupling| coupling.mapping.is_some());
+        if self.role == Role::Structure && takes(names::FORCE) && !takes(names::PRESSURE_GRADIENT) && !named {
+            self.notes.push(
+                "it takes forces at points of its own: the fluid meets the case's bodies through a mapping by radial basis functions (choose another with coupling.mapping)".to_owned(),
+            );
         }
     }
 

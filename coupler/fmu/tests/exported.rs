@@ -77,9 +77,9 @@ impl Workshop {
         Self { folder: tempfile::tempdir().expect("a folder"), count: Cell::new(0) }
     }
 
-    fn export(&self, version: Version) -> PathBuf {
-        let unit = self.folder.path().join(format!("{version:?}.fmu"));
-        export(&case("", &[]), version, 4, &[library()], &unit).expect("a unit");
+    fn export(&self, version: Version, points: Option<usize>) -> PathBuf {
+        let unit = self.folder.path().join(format!("{version:?}-{points:?}.fmu"));
+        export(&case("", &[]), version, points, &[library()], &unit).expect("a unit");
         unit
     }
 
@@ -110,20 +110,58 @@ fn unit_and_native_participant_keep_the_same_contract() {
     let own = case("", &[]);
     conformance::check(|| workshop.native(&own), &options())
         .unwrap_or_else(|broken| panic!("native: {broken}"));
-    let unit = workshop.export(Version::Fmi3);
-    let whole = case(&format!("participant = {{ fmu = \"{}\" }}", unit.display()), &[]);
-    conformance::check(|| workshop.open(&whole), &options())
-        .unwrap_or_else(|broken| panic!("FMI 3.0: {broken}"));
-    let unit = workshop.export(Version::Fmi2);
-    let reduced = case(
-        &format!(
-            "participant = {{ fmu = \"{}\", variables = {{ position = \"point[{{point}}].position.{{axis}}\", velocity = \"point[{{point}}].velocity.{{axis}}\", force = \"point[{{point}}].force.{{axis}}\" }} }}",
-            unit.display()
-        ),
-        &[],
-    );
-    conformance::check(|| workshop.open(&reduced), &options())
-        .unwrap_or_else(|broken| panic!("FMI 2.0: {broken}"));
+    for (version, points) in KINDS {
+        let unit = workshop.export(version, points);
+        // The case says nothing of its variables.
+        let case = case(&format!("participant = {{ fmu = \"{}\" }}", unit.display()), &[]);
+        conformance::check(|| workshop.open(&case), &options())
+            .unwrap_or_else(|broken| panic!("{version:?}, {points:?}: {broken}"));
+    }
+}
+
+/// What a case can be exported as.
+const KINDS: [(Version, Option<usize>); 3] =
+    [(Version::Fmi3, None), (Version::Fmi3, Some(4)), (Version::Fmi2, Some(4))];
+
+/// What an importer sees without stepping: probes are outputs, numbers have ranges and sizes, and points say
+/// where they lie.
+#[test]
+fn the_description_of_an_exported_unit_says_what_its_variables_are() {
+    use fmu_host::description::{Causality, Description};
+    let workshop = Workshop::new();
+    for (version, points) in KINDS {
+        let unit = std::fs::File::open(workshop.export(version, points)).expect("a unit");
+        let mut archive = zip::ZipArchive::new(unit).expect("an archive");
+        let mut text = |name: &str| {
+            let member = archive.by_name(name).ok()?;
+            Some(std::io::read_to_string(member).expect("text"))
+        };
+        let described = text("modelDescription.xml").expect("a description");
+        let found = Description::parse(&described).expect("a description that can be read");
+        let probe = found.variable("tip.uy").expect("the case's probe");
+        assert_eq!(probe.causality, Causality::Output, "{version:?}");
+        let energy = found.variable("kinetic_energy").expect("an energy");
+        assert_eq!(energy.causality, Causality::Local, "{version:?}");
+        let element = |name: &str| {
+            let at = described.find(&format!("name=\"{name}\"")).unwrap_or_else(|| panic!("no {name}"));
+            described[at..].lines().next().unwrap_or_default()
+        };
+        let ratio = element("poisson_ratio");
+        assert!(ratio.contains("min=\"-1.0\" max=\"0.5\" nominal=\"0.4\""), "{ratio}");
+        assert!(element("sub_steps").contains("min=\"0\""));
+        if let Some(points) = points {
+            // The farthest from the middle of the plate comes first: a corner particle of 4 layers 5 mm apart.
+            let force = element("point[1].force.x");
+            assert!(force.contains("of the material at (0.1475, 0.0075) m at the start"), "{force}");
+            let far = element("point[1].position.x");
+            assert!(far.contains("nominal=\"0.1475\""), "{far}");
+            assert!(found.variable(&format!("point[{}].force.x", points + 1)).is_none());
+        }
+        let terminals = text("terminalsAndIcons/terminalsAndIcons.xml");
+        assert_eq!(terminals.is_some(), version == Version::Fmi3);
+        let member = if points.is_some() { "point[2].velocity.y" } else { "velocity" };
+        assert!(terminals.is_none_or(|xml| xml.contains(&format!("variableName=\"{member}\""))));
+    }
 }
 
 /// What a life of windows, some of them solved twice, gave: all fields and numbers, as bits.
@@ -162,7 +200,7 @@ fn life(participant: Box<dyn Participant>) -> Vec<Vec<u64>> {
 #[test]
 fn unit_and_native_participant_give_the_same_bits() {
     let workshop = Workshop::new();
-    let unit = workshop.export(Version::Fmi3);
+    let unit = workshop.export(Version::Fmi3, None);
     let participant = format!("participant = {{ fmu = \"{}\" }}", unit.display());
     let native = life(workshop.native(&case("", &[])));
     assert_eq!(life(workshop.open(&case(&participant, &[]))), native);

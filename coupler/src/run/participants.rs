@@ -11,11 +11,13 @@ use crate::schemes::SchemeError;
 use crate::side::{Side, SideError};
 use crate::timing::Timing;
 use interfaces::case::Case;
+use interfaces::case::coupling::{Mapping, MappingMethod};
 use interfaces::case::participant::Start;
+use interfaces::port::names;
 use interfaces::transport::{Alive, FOLDER};
 use interfaces::{
-    Address, Deadlines, Expectations, Guarded, Participant, ParticipantError, RemoteParticipant, Result,
-    Role, new_run, remove_stale,
+    Address, Deadlines, Description, Direction, Expectations, Guarded, Participant, ParticipantError,
+    RemoteParticipant, Result, Role, new_run, remove_stale,
 };
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -114,8 +116,9 @@ impl Participants {
         let timed = self.timing.timed(Guarded::new(participant));
         let Some(coupling) = &case.coupling else { return Ok(Side::new(Box::new(timed))) };
         let (role, announce) = (timed.describe().role, self.timing.announce());
+        let mapping = coupling.mapping.clone().or_else(|| mapping_of_forces(case, timed.describe()));
         // What a mapping makes of finite fields is checked again before it is passed on.
-        Ok(Side::new(match (role, &coupling.mapping, &coupling.fluid_mapping) {
+        Ok(Side::new(match (role, &mapping, &coupling.fluid_mapping) {
             (Role::Structure, Some(mapping), _) => {
                 let filling = Filling::of(case, mapping.spacing);
                 let mapped = Mapped::new(timed, mapping.clone(), filling, announce);
@@ -259,6 +262,24 @@ const THREADS_PER_CORE: usize = 4;
 pub fn threads(case: &Case) -> usize {
     let all = std::thread::available_parallelism().map_or(1, usize::from);
     if case.general.threads == 0 { all } else { case.general.threads.min(THREADS_PER_CORE * all) }
+}
+
+/// The mapping of a structure that takes nothing but forces, at points of its own, where the case names none:
+/// to points as far apart as the structure's particles. There may be few of its own, and no other is too far
+/// from them.
+fn mapping_of_forces(case: &Case, structure: &Description) -> Option<Mapping> {
+    let takes =
+        |name| structure.ports.iter().any(|port| port.name == name && port.direction == Direction::In);
+    let section = case.structure.as_ref().filter(|section| !section.bodies.is_empty())?;
+    let diagonals =
+        section.bodies.iter().map(|body| body.bounds.extent().iter().map(|x| x * x).sum::<f64>().sqrt());
+    let reach = diagonals.fold(0.0, f64::max);
+    (takes(names::FORCE) && !takes(names::PRESSURE_GRADIENT)).then_some(Mapping {
+        method: MappingMethod::RadialBasis,
+        spacing: section.particle_spacing,
+        reach,
+        rebuild: false,
+    })
 }
 
 /// How long a participant of this case waits for the coupler, which may be waiting for the other one to be

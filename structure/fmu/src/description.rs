@@ -9,9 +9,9 @@ use std::fmt::Write as _;
 /// Version of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Version {
-    /// FMI 2.0: scalar variables, the interface reduced to some points.
+    /// FMI 2.0: scalar variables alone.
     Fmi2,
-    /// FMI 3.0: arrays, the whole interface.
+    /// FMI 3.0: arrays too.
     Fmi3,
 }
 
@@ -65,10 +65,10 @@ pub fn model_description(model: &mut Model, version: Version) -> Result<String, 
             // wants a start value that the standard forbids.
             continue;
         }
-        let start = start_value(model, variable)?;
+        let value = format!("{}{}", start_value(model, variable)?, range_and_nominal(model, variable)?);
         match version {
-            Version::Fmi3 => variable_3(&mut xml, reference, variable, &start, model.dimension()),
-            Version::Fmi2 => variable_2(&mut xml, reference, variable, &start),
+            Version::Fmi3 => variable_3(&mut xml, reference, variable, &value, model.dimension()),
+            Version::Fmi2 => variable_2(&mut xml, reference, variable, &value),
         }
     }
     xml.push_str("  </ModelVariables>\n");
@@ -80,13 +80,8 @@ pub fn model_description(model: &mut Model, version: Version) -> Result<String, 
 fn units_and_types(xml: &mut String, version: Version) {
     xml.push_str("  <UnitDefinitions>\n");
     for quantity in Quantity::ALL {
-        let exponents: String = ["kg", "m", "s"]
-            .iter()
-            .zip(quantity.exponents())
-            .filter(|(_, exponent)| *exponent != 0)
-            .map(|(base, exponent)| format!(" {base}=\"{exponent}\""))
-            .collect();
-        let _ = writeln!(xml, "    <Unit name=\"{}\"><BaseUnit{exponents}/></Unit>", quantity.unit());
+        let base = quantity.base_unit();
+        let _ = writeln!(xml, "    <Unit name=\"{}\"><BaseUnit{base}/></Unit>", quantity.unit());
     }
     xml.push_str("  </UnitDefinitions>\n  <TypeDefinitions>\n");
     for quantity in Quantity::ALL {
@@ -109,18 +104,51 @@ fn type_name(quantity: Quantity) -> String {
     format!("{quantity:?}Type")
 }
 
-/// The value that a variable starts with, where the importer may see it: of inputs zero, of parameters the
-/// case's.
+/// A number as an attribute's value; a count has no point.
+fn number(variable: &Variable, value: f64) -> String {
+    if variable.quantity.is_some() { format!("{value:?}") } else { format!("{value}") }
+}
+
+/// The attribute with the value that a variable starts with, where the importer may see it: of inputs zero,
+/// of parameters the case's.
 fn start_value(model: &mut Model, variable: &Variable) -> Result<String, ModelError> {
     match variable.causality {
-        Causality::Input => Ok("0".to_owned()),
+        Causality::Input => Ok(" start=\"0\"".to_owned()),
         Causality::Parameter | Causality::StructuralParameter => {
             let mut value = [0.0];
             model.read(variable.source, &mut value)?;
-            Ok(if variable.quantity.is_some() { format!("{:?}", value[0]) } else { format!("{}", value[0]) })
+            Ok(format!(" start=\"{}\"", number(variable, value[0])))
         }
         _ => Ok(String::new()),
     }
+}
+
+/// Attributes with the values that a variable can have, and with their size: of real parameters the case's,
+/// of positions how far the interface reaches. Those of loads and motion are the importer's to know.
+fn range_and_nominal(model: &mut Model, variable: &Variable) -> Result<String, ModelError> {
+    let mut attributes = String::new();
+    for (name, bound) in ["min", "max"].iter().zip(variable.range) {
+        if let Some(bound) = bound {
+            let _ = write!(attributes, " {name}=\"{}\"", number(variable, bound));
+        }
+    }
+    let nominal = match variable.source {
+        Source::Parameter(_) => {
+            let mut value = [0.0];
+            model.read(variable.source, &mut value)?;
+            value[0].abs()
+        }
+        Source::Position | Source::PointPosition(..) => {
+            let mut positions = vec![0.0; model.length(Source::Position)];
+            model.read(Source::Position, &mut positions)?;
+            positions.iter().fold(0.0_f64, |farthest, x| farthest.max(x.abs()))
+        }
+        _ => 0.0,
+    };
+    if nominal > 0.0 {
+        let _ = write!(attributes, " nominal=\"{nominal:?}\"");
+    }
+    Ok(attributes)
 }
 
 fn causality(of: Causality) -> &'static str {
@@ -144,7 +172,7 @@ fn variability(of: &Variable) -> &'static str {
     }
 }
 
-fn variable_3(xml: &mut String, reference: usize, variable: &Variable, start: &str, dimension: usize) {
+fn variable_3(xml: &mut String, reference: usize, variable: &Variable, value: &str, dimension: usize) {
     let Variable { name, description, .. } = variable;
     let (causality, variability) = (causality(variable.causality), variability(variable));
     let element = if variable.quantity.is_some() { "Float64" } else { "UInt64" };
@@ -157,9 +185,7 @@ fn variable_3(xml: &mut String, reference: usize, variable: &Variable, start: &s
     if let Some(quantity) = variable.quantity {
         let _ = write!(xml, " declaredType=\"{}\"", type_name(quantity));
     }
-    if !start.is_empty() {
-        let _ = write!(xml, " start=\"{start}\"");
-    }
+    xml.push_str(value);
     let components = format!("<Dimension start=\"{dimension}\"/>");
     let points = format!("<Dimension valueReference=\"{INTERFACE_POINTS}\"/>");
     let _ = match variable.shape {
@@ -169,13 +195,12 @@ fn variable_3(xml: &mut String, reference: usize, variable: &Variable, start: &s
     };
 }
 
-fn variable_2(xml: &mut String, reference: usize, variable: &Variable, start: &str) {
+fn variable_2(xml: &mut String, reference: usize, variable: &Variable, value: &str) {
     let Variable { name, description, .. } = variable;
     let (causality, variability) = (causality(variable.causality), variability(variable));
-    let start = if start.is_empty() { String::new() } else { format!(" start=\"{start}\"") };
     let value = match variable.quantity {
-        Some(quantity) => format!("<Real declaredType=\"{}\"{start}/>", type_name(quantity)),
-        None => format!("<Integer{start}/>"),
+        Some(quantity) => format!("<Real declaredType=\"{}\"{value}/>", type_name(quantity)),
+        None => format!("<Integer{value}/>"),
     };
     let _ = writeln!(
         xml,
@@ -218,14 +243,37 @@ fn structure(xml: &mut String, variables: &[Variable], version: Version) {
     xml.push_str("  </ModelStructure>\n");
 }
 
-/// `terminalsAndIcons.xml`: the interface as one plug, and the icon (FMI 3.0).
-pub fn terminals() -> String {
-    let members: String = ["pressure_gradient", "position", "velocity"]
-        .iter()
-        .map(|name| {
-            format!("      <TerminalMemberVariable variableKind=\"signal\" variableName=\"{name}\" memberName=\"{name}\"/>\n")
-        })
-        .collect();
+/// `terminalsAndIcons.xml`: the interface as one plug, with one inside it for each point of a reduced one, and
+/// the icon (FMI 3.0).
+pub fn terminals(variables: &[Variable]) -> String {
+    let mut members = String::new();
+    let mut open = None;
+    for variable in variables {
+        let point = match variable.source {
+            Source::PressureGradient | Source::Position | Source::Velocity => None,
+            Source::PointForce(point, _)
+            | Source::PointPosition(point, _)
+            | Source::PointVelocity(point, _) => Some(point),
+            _ => continue,
+        };
+        let name = &variable.name;
+        let (mut indent, mut member) = ("      ", name.as_str());
+        if let Some((of_point, own)) = point.and(name.split_once('.')) {
+            if open != point {
+                let close = if open.is_some() { "      </Terminal>\n" } else { "" };
+                let _ =
+                    writeln!(members, "{close}      <Terminal name=\"{of_point}\" matchingRule=\"plug\">");
+            }
+            (indent, member, open) = ("        ", own, point);
+        }
+        let _ = writeln!(
+            members,
+            "{indent}<TerminalMemberVariable variableKind=\"signal\" variableName=\"{name}\" memberName=\"{member}\"/>"
+        );
+    }
+    if open.is_some() {
+        members.push_str("      </Terminal>\n");
+    }
     format!(
         r#"<?xml version="1.0" encoding="UTF-8"?>
 <fmiTerminalsAndIcons fmiVersion="3.0">

@@ -116,7 +116,7 @@ unsafe extern "C" fn fmi2Instantiate(
             return Err(ResourceError::Parse { path: folder, what }.into());
         }
         let resources = Resources::read(&folder)?;
-        Instance::new(resources, token, true, logger(name, message, environment), logging != 0)
+        Instance::new(resources, token, false, logger(name, message, environment), logging != 0)
     };
     instantiate(make, logger(name, message, environment))
 }

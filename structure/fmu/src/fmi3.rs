@@ -73,7 +73,7 @@ unsafe extern "C" fn fmi3InstantiateCoSimulation(
         let (token, folder) =
             unsafe { (text(token, "instantiationToken")?, text(resources, "resourcePath")?) };
         let resources = Resources::read(Path::new(folder))?;
-        Instance::new(resources, token, false, logger(environment, message), logging)
+        Instance::new(resources, token, true, logger(environment, message), logging)
     };
     instantiate(make, logger(environment, message))
 }

@@ -113,21 +113,20 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// Of the resources of a unit that has this token; `reduced` says whether its interface is the one that
-    /// this standard can show.
+    /// Of the resources of a unit that has this token; `arrays` says whether the standard knows any.
     ///
     /// # Errors
     /// A token of another unit, resources of the other standard, a case that does not hold.
     pub fn new(
         resources: Resources,
         token: &str,
-        reduced: bool,
+        arrays: bool,
         logger: Logger,
         logging: bool,
     ) -> Result<Self, CallError> {
         resources.check_token(token)?;
-        if resources.points.is_some() != reduced {
-            return Err(CallError::Unsupported("an interface made for the other version of the standard"));
+        if resources.points.is_none() && !arrays {
+            return Err(CallError::Unsupported("an interface of arrays in FMI 2.0"));
         }
         let model = Model::new(resources)?;
         let variables = table(model.describe(), model.reduced_points());

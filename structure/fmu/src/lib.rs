@@ -10,8 +10,9 @@
 //! | one instance: life cycle, messages, states | [`instance`], [`phase`], [`saved`] |
 //! | the structure, stepped | [`model`] |
 //! | what can be read and set | [`variables`] |
-//! | a few points that stand for all particles (FMI 2.0) | [`reduction`] |
-//! | the archive | [`package`], [`description`], [`icon`] |
+//! | a few points that stand for all particles | [`reduction`] |
+//! | the archive | [`package`], [`description`], [`library`], [`icon`] |
+//! | the archive as a system (SSP) | [`system`] |
 //!
 //! A step of the master is a time window: the load given is held over it, and the structure sub-steps inside
 //! it, as many times as the case's `coupling.sub_steps` says or as stability asks. Outputs are those at the
@@ -27,12 +28,14 @@ mod fmi2;
 mod fmi3;
 pub mod icon;
 pub mod instance;
+pub mod library;
 pub mod model;
 pub mod package;
 pub mod phase;
 pub mod reduction;
 pub mod resources;
 pub mod saved;
+pub mod system;
 pub mod variables;
 
 /// The name of the shared library without the platform's ending, and the `modelIdentifier` of every unit.

@@ -118,9 +118,9 @@ impl Model {
         &self.case
     }
 
-    /// Number of points of a reduced interface.
-    pub fn reduced_points(&self) -> Option<usize> {
-        self.reduction.as_ref().map(Reduction::len)
+    /// Points of a reduced interface, as they lie in the reference configuration (m).
+    pub fn reduced_points(&self) -> Option<&[Vec<f64>]> {
+        self.resources.points.as_ref().map(|points| points.points.as_slice())
     }
 
     /// Space dimension.

@@ -5,7 +5,7 @@ use crate::model::{Model, ModelError};
 use crate::reduction::spread_out;
 use crate::resources::{CASE, POINTS, Points, Resources};
 use crate::variables::{Causality, Source, Variable, table};
-use crate::{MODEL_IDENTIFIER, icon};
+use crate::{MODEL_IDENTIFIER, icon, library, system};
 use interfaces::case::Case;
 use output::report::escape;
 use std::fmt::Write as _;
@@ -41,6 +41,9 @@ pub enum ExportError {
         "FMI 2.0 has no name for the platform {0}; it knows x86 and x86_64 with linux, windows and darwin"
     )]
     Platform(String),
+    /// Arrays as connectors of a system.
+    #[error("SSP 1.0 has no arrays: export scalar variables (--scalars, or --fmi 2)")]
+    Arrays,
     /// The archive could not be made.
     #[error("failed to make the archive: {0}")]
     Archive(#[from] zip::result::ZipError),
@@ -54,29 +57,38 @@ pub enum ExportError {
 pub struct Exported {
     /// Interface particles.
     pub particles: usize,
+    /// Points that stand for them, where scalar variables are exported.
+    pub points: Option<usize>,
     /// Variables in the description.
     pub variables: usize,
     /// Bytes of the archive.
     pub bytes: usize,
+    /// What the libraries need of the systems that they run on, one line each where there is something.
+    pub needs: Vec<String>,
 }
 
-/// Exports the structure of a case to the file `to`, its interface whole (FMI 3.0) or reduced to `points`
-/// points (FMI 2.0).
+/// Exports the structure of a case to the file `to`, its interface whole (FMI 3.0) or as scalar variables at so
+/// many points of it; as the one component of a system where the file is an `.ssp`.
 ///
 /// # Errors
-/// A case without a structure, a library or a file that cannot be read or written.
+/// A case without a structure, a library or a file that cannot be read or written, arrays for a standard
+/// without any.
 pub fn export(
     case: &Case,
     version: Version,
-    points: usize,
+    points: Option<usize>,
     libraries: &[Library],
     to: &Path,
 ) -> Result<Exported, ExportError> {
+    let is_system = to.extension().is_some_and(|ending| ending == "ssp");
+    if points.is_none() && (is_system || version == Version::Fmi2) {
+        return Err(ExportError::Arrays);
+    }
     let mut resources = Resources::new(case, None);
     let mut model = Model::new(resources.clone())?;
     let mut particles = [0.0];
     model.read(Source::InterfacePoints, &mut particles)?;
-    if version == Version::Fmi2 {
+    if let Some(points) = points {
         let mut positions = vec![0.0; model.length(Source::Position)];
         model.read(Source::Position, &mut positions)?;
         resources.points = Some(Points { points: spread_out(model.dimension(), &positions, points) });
@@ -98,28 +110,41 @@ pub fn export(
     }
     match version {
         Version::Fmi3 => {
-            files.push(("terminalsAndIcons/terminalsAndIcons.xml".to_owned(), terminals().into_bytes()));
+            files.push((
+                "terminalsAndIcons/terminalsAndIcons.xml".to_owned(),
+                terminals(&variables).into_bytes(),
+            ));
             files.push(("terminalsAndIcons/icon.png".to_owned(), icon::png()));
         }
         Version::Fmi2 => files.push(("model.png".to_owned(), icon::png())),
     }
-    for library in libraries {
-        let bytes = std::fs::read(&library.file)
-            .map_err(|source| ExportError::Library { path: library.file.clone(), source })?;
-        let ending = match library.platform.rsplit('-').next() {
+    let mut needs = Vec::new();
+    for Library { platform, file } in libraries {
+        let bytes =
+            std::fs::read(file).map_err(|source| ExportError::Library { path: file.clone(), source })?;
+        if let Some((major, minor)) = library::needed_glibc(&bytes) {
+            needs.push(format!("{platform} needs the GNU C library {major}.{minor} or later"));
+        }
+        let ending = match platform.rsplit('-').next() {
             Some("windows") => "dll",
             Some("darwin") => "dylib",
             _ => "so",
         };
         let folder = match version {
-            Version::Fmi3 => library.platform.clone(),
-            Version::Fmi2 => folder_2(&library.platform)?.to_owned(),
+            Version::Fmi3 => platform.clone(),
+            Version::Fmi2 => folder_2(platform)?.to_owned(),
         };
-        files.push((format!("binaries/{folder}/{MODEL_IDENTIFIER}.{ending}"), bytes));
+        files.push((format!("binaries/{folder}/{MODEL_IDENTIFIER}.{ending}"), library::stripped(bytes)));
     }
-    let bytes = archive(files)?;
+    let mut bytes = archive(files)?;
+    if is_system {
+        let described = system::description(&case.general.title, case.general.end_time, &variables);
+        let parts = [(system::DESCRIPTION, described.into_bytes()), (system::UNIT, bytes)];
+        bytes = archive(parts.map(|(name, bytes)| (name.to_owned(), bytes)).into())?;
+    }
     output::atomic::write_file(to, &bytes)?;
-    Ok(Exported { particles: particles[0] as usize, variables: variables.len(), bytes: bytes.len() })
+    let (particles, points) = (particles[0] as usize, model.reduced_points().map(<[_]>::len));
+    Ok(Exported { particles, points, variables: variables.len(), bytes: bytes.len(), needs })
 }
 
 /// The same date in every archive: what is exported twice is the same to the bit.
@@ -179,10 +204,12 @@ fn documentation(case: &Case, variables: &[Variable], version: Version) -> Strin
     let inputs: Vec<&str> =
         variables.iter().filter(|v| v.causality == Causality::Input).map(|v| v.name.as_str()).collect();
     let title = escape(&case.general.title);
-    let standard = match version {
-        Version::Fmi3 => "FMI 3.0",
-        Version::Fmi2 => "FMI 2.0, the interface reduced to points",
+    let number = match version {
+        Version::Fmi3 => "3.0",
+        Version::Fmi2 => "2.0",
     };
+    let reduced = variables.iter().any(|variable| matches!(variable.source, Source::PointForce(..)));
+    let standard = format!("FMI {number}{}", if reduced { ", the interface reduced to points" } else { "" });
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>{title}</title></head><body>\n<h1>{title}</h1>\n<p>The elastic structure of a meniscus case as a co-simulation unit ({standard}): total-Lagrangian SPH, fourth-order Runge and Kutta steps. A communication step holds the load that is set ({}) and sub-steps inside it; outputs are those at its end and depend on no input of the same instant. Damping, loads and supports are those of <code>resources/{CASE}</code>.</p>\n<table>\n<tr><th>variable</th><th>causality</th><th>unit</th><th></th></tr>\n{rows}</table>\n<p>License: MIT or Apache-2.0, at your choice (<code>licenses</code>).</p>\n</body></html>\n",
         escape(inputs.first().copied().unwrap_or("none"))

@@ -1,7 +1,8 @@
 //! What an importer can read and set, in one table for the description and for the functions: a variable's
 //! value reference is its place in it.
 
-use interfaces::Description;
+use interfaces::port::names;
+use interfaces::{Description, ScalarKind};
 
 /// Where a value is in the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +73,13 @@ impl Parameter {
     /// The last part of the key.
     pub fn name(self) -> &'static str {
         self.key().rsplit('.').next().expect("a key has a last part")
+    }
+
+    fn range(self) -> [Option<f64>; 2] {
+        match self {
+            Self::PoissonRatio => [Some(-1.0), Some(0.5)],
+            _ => [Some(0.0), None],
+        }
     }
 
     fn quantity(self) -> Quantity {
@@ -146,7 +154,7 @@ impl Quantity {
     }
 
     /// Exponents of kg, m and s in the unit.
-    pub fn exponents(self) -> [i32; 3] {
+    fn exponents(self) -> [i32; 3] {
         match self {
             Self::Length => [0, 1, 0],
             Self::Velocity => [0, 1, -1],
@@ -160,6 +168,13 @@ impl Quantity {
             Self::Ratio => [0, 0, 0],
             Self::Time => [0, 0, 1],
         }
+    }
+
+    /// The unit as attributes of an element `BaseUnit`.
+    pub fn base_unit(self) -> String {
+        let exponents = ["kg", "m", "s"].into_iter().zip(self.exponents());
+        let is_there = exponents.filter(|(_, exponent)| *exponent != 0);
+        is_there.map(|(base, exponent)| format!(" {base}=\"{exponent}\"")).collect()
     }
 
     /// Of a unit as the participants write it.
@@ -207,6 +222,8 @@ pub struct Variable {
     pub quantity: Option<Quantity>,
     /// Its shape.
     pub shape: Shape,
+    /// Least and largest value that it can have, where there is one.
+    pub range: [Option<f64>; 2],
 }
 
 impl Variable {
@@ -224,12 +241,18 @@ impl Variable {
             causality,
             quantity: Some(quantity),
             shape: Shape::Scalar,
+            range: [None; 2],
         }
     }
 
     fn count(name: &str, source: Source, causality: Causality, description: &str) -> Self {
         let (name, description) = (name.to_owned(), description.to_owned());
-        Self { name, description, source, causality, quantity: None, shape: Shape::Scalar }
+        let range = [Some(0.0), None];
+        Self { name, description, source, causality, quantity: None, shape: Shape::Scalar, range }
+    }
+
+    fn at_least(self, least: f64) -> Self {
+        Self { range: [Some(least), self.range[1]], ..self }
     }
 
     fn shaped(self, shape: Shape) -> Self {
@@ -240,9 +263,9 @@ impl Variable {
 /// The value reference of the number of interface particles, by which arrays are dimensioned.
 pub const INTERFACE_POINTS: u32 = 1;
 
-/// The table of a structure with a whole interface (FMI 3.0), or one reduced to so many points (FMI 2.0).
-pub fn table(structure: &Description, points: Option<usize>) -> Vec<Variable> {
-    use Causality::{Independent, Local, StructuralParameter};
+/// The table of a structure with a whole interface, or one reduced to these points (m), of scalars alone.
+pub fn table(structure: &Description, points: Option<&[Vec<f64>]>) -> Vec<Variable> {
+    use Causality::{Independent, Local, Output, StructuralParameter};
     let mut all = vec![
         Variable::new("time", Source::Time, Independent, Quantity::Time, "Simulation time"),
         Variable::count(
@@ -250,10 +273,18 @@ pub fn table(structure: &Description, points: Option<usize>) -> Vec<Variable> {
             Source::InterfacePoints,
             if points.is_none() { StructuralParameter } else { Local },
             "Number of interface particles; follows from the particle spacing, and is set in configuration mode where that was changed",
-        ),
+        )
+        .at_least(1.0),
     ];
     all.extend(Parameter::ALL.map(|p| {
-        Variable::new(p.name(), Source::Parameter(p), Causality::Parameter, p.quantity(), p.description())
+        let parameter = Variable::new(
+            p.name(),
+            Source::Parameter(p),
+            Causality::Parameter,
+            p.quantity(),
+            p.description(),
+        );
+        Variable { range: p.range(), ..parameter }
     }));
     all.push(Variable::count(
         "sub_steps",
@@ -266,14 +297,14 @@ pub fn table(structure: &Description, points: Option<usize>) -> Vec<Variable> {
         Some(points) => reduced_interface(&mut all, points, structure.dimension),
     }
     for (n, scalar) in structure.scalars.iter().enumerate() {
-        let described = scalar.name.replace('_', " ").replace('.', ", ");
-        all.push(Variable::new(
-            &scalar.name,
-            Source::Scalar(n),
-            Local,
-            Quantity::of_unit(&scalar.unit),
-            described,
-        ));
+        let of_name = || scalar.name.replace('_', " ").replace('.', ", ");
+        let described = if scalar.meaning.is_empty() { of_name() } else { scalar.meaning.clone() };
+        // A probe is what the case's author wants to see: importers record outputs without being asked.
+        let causality = if scalar.kind == ScalarKind::Probe { Output } else { Local };
+        let quantity = Quantity::of_unit(&scalar.unit);
+        let variable = Variable::new(&scalar.name, Source::Scalar(n), causality, quantity, described);
+        let positive = [names::KINETIC_ENERGY, names::STRAIN_ENERGY].contains(&scalar.name.as_str());
+        all.push(if positive { variable.at_least(0.0) } else { variable });
     }
     all.push(Variable::new(
         "largest_step",
@@ -281,20 +312,24 @@ pub fn table(structure: &Description, points: Option<usize>) -> Vec<Variable> {
         Local,
         Quantity::Time,
         "Largest next communication step that the sub-steps are stable with; the largest number where any is",
-    ));
+    )
+    .at_least(0.0));
     all.push(Variable::count(
         "steps_taken",
         Source::Scalar(structure.scalars.len()),
         Local,
         "Sub-steps of the last communication step",
     ));
-    all.push(Variable::new(
-        "largest_von_mises_stress",
-        Source::LargestStress,
-        Local,
-        Quantity::Stress,
-        "Largest von Mises stress of the particles; computed when it is read",
-    ));
+    all.push(
+        Variable::new(
+            "largest_von_mises_stress",
+            Source::LargestStress,
+            Local,
+            Quantity::Stress,
+            "Largest von Mises stress of the particles; computed when it is read",
+        )
+        .at_least(0.0),
+    );
     all
 }
 
@@ -321,7 +356,8 @@ fn whole_interface(all: &mut Vec<Variable>) {
             Quantity::Volume,
             "Reference volume of the interface particles (two dimensions: for one metre of depth)",
         )
-        .shaped(Shape::Points),
+        .shaped(Shape::Points)
+        .at_least(0.0),
         Variable::new(
             "interface_density",
             Source::InterfaceDensity,
@@ -329,11 +365,12 @@ fn whole_interface(all: &mut Vec<Variable>) {
             Quantity::Density,
             "Reference density of the interface particles; 0 of those that are held and do not yield",
         )
-        .shaped(Shape::Points),
+        .shaped(Shape::Points)
+        .at_least(0.0),
     ]);
 }
 
-fn reduced_interface(all: &mut Vec<Variable>, points: usize, dimension: usize) {
+fn reduced_interface(all: &mut Vec<Variable>, points: &[Vec<f64>], dimension: usize) {
     use Causality::{Input, Output};
     const AXES: [&str; 3] = ["x", "y", "z"];
     type Part = fn(usize, usize) -> Source;
@@ -348,7 +385,9 @@ fn reduced_interface(all: &mut Vec<Variable>, points: usize, dimension: usize) {
         ("position", Source::PointPosition, Output, Quantity::Length, "Position of the point"),
         ("velocity", Source::PointVelocity, Output, Quantity::Velocity, "Velocity of the point"),
     ];
-    for point in 0..points {
+    for (point, at) in points.iter().enumerate() {
+        let at: Vec<String> = at.iter().map(|x| format!("{x:?}")).collect();
+        let at = at.join(", ");
         for (name, source, causality, quantity, described) in parts {
             for (component, axis) in AXES.iter().enumerate().take(dimension) {
                 let name = format!("point[{}].{name}.{axis}", point + 1);
@@ -357,7 +396,7 @@ fn reduced_interface(all: &mut Vec<Variable>, points: usize, dimension: usize) {
                     source(point, component),
                     causality,
                     quantity,
-                    format!("{described}, {axis}"),
+                    format!("{described}, {axis}; it is that of the material at ({at}) m at the start"),
                 ));
             }
         }

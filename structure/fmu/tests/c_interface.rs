@@ -464,3 +464,32 @@ fn fmi_2_has_scalar_variables_at_points_that_keep_force_and_motion() {
     c!(library, b"fmi2FreeInstance" (instance => Handle) -> ());
     assert_eq!(simple(&library, b"fmi2Reset", instance), ERROR);
 }
+
+/// What goes into a unit is the library without its debuggers' part: an eighth of it, and it answers as before.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_stripped_library_is_small_and_answers_as_before() {
+    use meniscus_structure::library::{needed_glibc, stripped};
+    let executable = std::env::current_exe().unwrap();
+    let file = executable.parent().unwrap().join(meniscus_structure::package::library_name());
+    let whole = std::fs::read(file).unwrap();
+    let (length, needed) = (whole.len(), needed_glibc(&whole));
+    let short = stripped(whole);
+    assert!(short.len() < length / 3, "{} of {length}", short.len());
+    // Nothing more is left to take away, and it needs what it needed: some version of the last twenty years.
+    assert_eq!(stripped(short.clone()).len(), short.len());
+    assert_eq!(needed_glibc(&short), needed);
+    if cfg!(target_env = "gnu") {
+        assert!(needed.is_some_and(|version| version > (2, 2) && version < (2, 100)), "{needed:?}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("short.so");
+    std::fs::write(&file, short).unwrap();
+    // SAFETY: our own library, which does nothing when it is opened.
+    let library = unsafe { Library::new(&file) }.unwrap();
+    let unit = Unit::new(None);
+    let instance = instantiate(&library, &unit, &unit.token);
+    initialize(&library, instance);
+    assert_eq!(loaded_step(&library, instance, 0), native(1)[0]);
+    free(&library, instance);
+}

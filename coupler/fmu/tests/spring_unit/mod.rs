@@ -51,12 +51,14 @@ pub struct Spring {
     pub keeps_state: bool,
     /// Whether its steps may be of different sizes.
     pub variable_steps: bool,
+    /// What its source is compiled with.
+    pub define: &'static str,
 }
 
 impl Spring {
     /// One that can do all.
     pub const fn of(version: u32) -> Self {
-        Self { version, keeps_state: true, variable_steps: true }
+        Self { version, keeps_state: true, variable_steps: true, define: "WHOLE" }
     }
 
     /// Compiles and packs it into `folder`.
@@ -67,7 +69,8 @@ impl Spring {
         let platform = if self.version == 3 { "x86_64-linux" } else { "linux64" };
         let version = format!("-DFMI_VERSION={}", self.version);
         let name = format!("spring{}", self.version);
-        let library = compile(folder, &name, include_str!("spring.c"), &version);
+        let defines = [version, format!("-D{}", self.define)];
+        let library = compile(folder, &name, include_str!("spring.c"), &defines);
         pack(folder, &name, &self.description(), &format!("binaries/{platform}/spring.so"), &library)
     }
 
@@ -158,16 +161,18 @@ pub fn drag(folder: &Path) -> PathBuf {
   <ModelStructure/>
 </fmiModelDescription>
 "#;
-    let library = compile(folder, "drag", include_str!("drag.c"), "-DFMI_VERSION=3");
+    let library = compile(folder, "drag", include_str!("drag.c"), &["-DFMI_VERSION=3".to_owned()]);
     pack(folder, "drag", description, "binaries/x86_64-linux/drag.so", &library)
 }
 
-fn compile(folder: &Path, name: &str, text: &str, define: &str) -> PathBuf {
+fn compile(folder: &Path, name: &str, text: &str, defines: &[String]) -> PathBuf {
     let (library, source) = (folder.join(format!("{name}.so")), folder.join(format!("{name}.c")));
     std::fs::write(&source, text).expect("a source");
     let compiler = std::env::var("CC").unwrap_or_else(|_| "cc".to_owned());
     let compiled = Command::new(&compiler)
-        .args(["-shared", "-fPIC", "-O1", "-ffp-contract=off", define, "-o"])
+        .args(["-shared", "-fPIC", "-O1", "-ffp-contract=off"])
+        .args(defines)
+        .arg("-o")
         .args([&library, &source])
         .arg("-lm")
         .status();

@@ -2,7 +2,7 @@
  * m u'' + k u = -sum V grad p, by the classical Runge-Kutta method. FMI_VERSION is 2 or 3.
  *
  * On request it misbehaves from a given time on: `fault` 1 fails the step, 2 ends the process, 3 hangs, 4 gives what is no number, 5 asks for the end,
- * 6 leaves the velocity out of the state that it goes back to. */
+ * 6 leaves the velocity out of the state that it goes back to. Compiled WITHOUT_STATE it has no functions for that; UNRESOLVED, it cannot be opened. */
 
 #include <math.h>
 #include <stdbool.h>
@@ -17,6 +17,11 @@
 #define VOLUME 1e-4
 #define SPACING 0.01
 #define DENSITY 1000.0
+
+#ifdef UNRESOLVED
+extern int nowhere;
+int *const unresolved = &nowhere;
+#endif
 
 enum { OK, WARNING, DISCARD, ERROR, FATAL };
 
@@ -185,6 +190,7 @@ int fmi3DoStep(void *unit, double start, double size, bool prior, bool *event, b
     return step(unit, start, size, end);
 }
 
+#ifndef WITHOUT_STATE
 int fmi3GetFMUState(void *unit, void **state) { return save(unit, state); }
 int fmi3SetFMUState(void *unit, void *state) { return restore(unit, state); }
 int fmi3FreeFMUState(void *unit, void **state) { free(*state); *state = NULL; return OK; }
@@ -196,6 +202,7 @@ int fmi3DeserializeFMUState(void *unit, const uint8_t *bytes, size_t size, void 
     memcpy(*state, bytes, size);
     return OK;
 }
+#endif
 
 #else
 
@@ -266,6 +273,7 @@ int fmi2DoStep(void *unit, double start, double size, int no_going_back) {
     return step(unit, start, size, &end);
 }
 
+#ifndef WITHOUT_STATE
 int fmi2GetFMUstate(void *unit, void **state) { return save(unit, state); }
 int fmi2SetFMUstate(void *unit, void *state) { return restore(unit, state); }
 int fmi2FreeFMUstate(void *unit, void **state) { free(*state); *state = NULL; return OK; }
@@ -277,5 +285,6 @@ int fmi2DeSerializeFMUstate(void *unit, const char *bytes, size_t size, void **s
     memcpy(*state, bytes, size);
     return OK;
 }
+#endif
 
 #endif
