@@ -288,7 +288,8 @@ fn the_structure_of_a_case_is_exported_as_a_unit() {
             assert!(found, "{member} is not in the unit for FMI {version}");
         }
     }
-    // Scalars in FMI 3.0 too; as a system with the unit's connectors. What is asked for and cannot be is told.
+    // Scalars in FMI 3.0 too; as a system with the unit's connectors. What is asked for and cannot be is
+    // told.
     let system = bench.path("plate.ssp").display().to_string();
     let words = ["export-fmu", "cases/oscillating_plate", "-o", &system];
     refused(&bench.call(&words), 1, &["SSP 1.0 has no arrays", "--scalars"]);

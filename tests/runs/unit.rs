@@ -236,8 +236,8 @@ fn a_unit_that_cannot_take_part_is_told_with_the_reason() {
     }
 }
 
-/// A probe that the unit does not have, and one on a structure of another program's, are told before a run and
-/// after it.
+/// A probe that the unit does not have, and one on a structure of another program's, are told before a run
+/// and after it.
 #[test]
 fn a_probe_that_a_foreign_structure_does_not_have_is_told() {
     let bench = Bench::new();

@@ -58,8 +58,8 @@ pub struct Coupling {
     pub acceleration: Option<Acceleration>,
     /// When the iterations of an implicit scheme end.
     pub convergence: Option<Convergence>,
-    /// For a structure whose points are not those of the fluid; if left out, a unit that takes forces at points
-    /// of its own has one by radial basis functions.
+    /// For a structure whose points are not those of the fluid; if left out, a unit that takes forces at
+    /// points of its own has one by radial basis functions.
     pub mapping: Option<Mapping>,
     /// For a fluid whose points are not the structure's particles; none if left out.
     pub fluid_mapping: Option<FluidMapping>,

@@ -243,8 +243,8 @@ fn structure(xml: &mut String, variables: &[Variable], version: Version) {
     xml.push_str("  </ModelStructure>\n");
 }
 
-/// `terminalsAndIcons.xml`: the interface as one plug, with one inside it for each point of a reduced one, and
-/// the icon (FMI 3.0).
+/// `terminalsAndIcons.xml`: the interface as one plug, with one inside it for each point of a reduced one,
+/// and the icon (FMI 3.0).
 pub fn terminals(variables: &[Variable]) -> String {
     let mut members = String::new();
     let mut open = None;

@@ -67,8 +67,8 @@ pub struct Exported {
     pub needs: Vec<String>,
 }
 
-/// Exports the structure of a case to the file `to`, its interface whole (FMI 3.0) or as scalar variables at so
-/// many points of it; as the one component of a system where the file is an `.ssp`.
+/// Exports the structure of a case to the file `to`, its interface whole (FMI 3.0) or as scalar variables at
+/// so many points of it; as the one component of a system where the file is an `.ssp`.
 ///
 /// # Errors
 /// A case without a structure, a library or a file that cannot be read or written, arrays for a standard

@@ -24,7 +24,8 @@ pub fn description(title: &str, end_time: f64, variables: &[Variable]) -> String
         let name = escape(&variable.name);
         let value = match variable.quantity {
             Some(quantity) => format!("<ssc:Real unit=\"{}\"/>", quantity.unit()),
-            None => "<ssc:Integer/>".to_owned(),
+            // Whether it is of 32 bits or of 64 is the unit's: the standards have different types for counts.
+            None => String::new(),
         };
         let _ = writeln!(
             connectors,
@@ -53,7 +54,7 @@ pub fn description(title: &str, end_time: f64, variables: &[Variable]) -> String
 <ssd:Connectors>
 {connectors}</ssd:Connectors>
 <ssd:Elements>
-<ssd:Component name="structure" type="application/x-fmu-sharedlibrary" source="{UNIT}">
+<ssd:Component name="structure" type="application/x-fmu-sharedlibrary" implementation="CoSimulation" source="{UNIT}">
 <ssd:Connectors>
 {connectors}</ssd:Connectors>
 </ssd:Component>

@@ -465,7 +465,8 @@ fn fmi_2_has_scalar_variables_at_points_that_keep_force_and_motion() {
     assert_eq!(simple(&library, b"fmi2Reset", instance), ERROR);
 }
 
-/// What goes into a unit is the library without its debuggers' part: an eighth of it, and it answers as before.
+/// What goes into a unit is the library without its debuggers' part: an eighth of it, and it answers as
+/// before.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_stripped_library_is_small_and_answers_as_before() {
