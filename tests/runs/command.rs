@@ -294,7 +294,7 @@ fn the_structure_of_a_case_is_exported_as_a_unit() {
     let words = ["export-fmu", "cases/oscillating_plate", "-o", &system];
     refused(&bench.call(&words), 1, &["SSP 1.0 has no arrays", "--scalars"]);
     refused(&bench.call(&[&words, ["--points", "4"].as_slice()].concat()), 1, &["--points is for scalar"]);
-    let scalars = ["--scalars", "--points", "5000", "--set", "case.particle_spacing=0.01"];
+    let scalars = ["--scalars", "--points", "5000", "--set", "case.particle_spacing=6.6e-3"];
     let ended = bench.call(&[words.as_slice(), &scalars].concat());
     assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
     assert!(ended.errors.contains("warning: --points 5000: the unit has"), "{}", ended.errors);
