@@ -49,7 +49,7 @@ pub fn export_fmu(arguments: &ExportFmu) -> ExitCode {
                 exported.bytes as f64 / 1e6,
                 platforms.join(", ")
             ));
-            exported.needs.iter().for_each(|line| say(line));
+            exported.needs.iter().for_each(say);
             if let (Some(wanted), Some(found)) = (arguments.points, exported.points)
                 && found < wanted as usize
             {
