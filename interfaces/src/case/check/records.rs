@@ -1,5 +1,6 @@
 //! Probes and references.
 
+use super::is_own;
 use super::parts::{check_box, check_names};
 use crate::case::findings::Findings;
 use crate::case::fluid::Wall;
@@ -139,6 +140,10 @@ fn check_on_structure(key: &str, probe: &Probe, file: &Case, findings: &mut Find
             "there is no fluid whose force it were",
             "leave the probe out",
         );
+    }
+    // Another program's structure may have no bodies in the case; which probes it has, it says itself.
+    if structure.bodies.is_empty() && !is_own(&structure.participant) {
+        return;
     }
     let section = ("body", "[[structure.body]]");
     let body = chosen(key, section, probe.body.as_ref(), &structure.bodies, |body| &body.name, findings);
