@@ -20,6 +20,8 @@ pub struct Outcome {
 pub struct StepReport<const D: usize> {
     /// Length of the step (s).
     pub dt: f64,
+    /// The solve of implicit viscosity; nothing where it was explicit.
+    pub viscous_solve: Outcome,
     /// The pressure solve.
     pub pressure_solve: Outcome,
     /// The position projection's solve.
@@ -84,6 +86,7 @@ impl<const D: usize> Default for StepReport<D> {
     fn default() -> Self {
         Self {
             dt: 0.0,
+            viscous_solve: Outcome::default(),
             pressure_solve: Outcome::default(),
             position_solve: Outcome::default(),
             gradient_share: 0.0,

@@ -106,6 +106,11 @@ pub fn take(
             let [.., slope] = line(&logarithms).ok_or_else(|| rows("it is not over zero throughout"))?;
             -slope
         }
+        Kind::SwingDecay => {
+            let [.., slope] =
+                line(&swings(times, values)).ok_or_else(|| rows("it swings less than twice"))?;
+            -slope
+        }
         Kind::ValueAt | Kind::EnergyDrift | Kind::EnergyRise | Kind::SpeedRatio | Kind::Lead => {
             unreachable!("taken above")
         }
@@ -168,6 +173,30 @@ fn period(times: &[f64], values: &[f64]) -> Option<f64> {
         .filter(|p| p.len() > 1)
         .fold((0, 0.0), |(count, length), p| (count + p.len() - 1, length + p[p.len() - 1] - p[0]));
     (periods > 0).then(|| length / periods as f64)
+}
+
+/// Swings of a course about the middle of its range: the time halfway between two extremes and the logarithm
+/// of their difference. What comes after its last passage may be no extreme yet, and is left out.
+fn swings(times: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
+    let middle = 0.5 * (extreme(times, values, 1.0) + extreme(times, values, -1.0));
+    let sides: Vec<(usize, usize)> = values
+        .chunk_by(|a, b| (*a < middle) == (*b < middle))
+        .scan(0, |end, side| {
+            let first = *end;
+            *end += side.len();
+            Some((first, *end))
+        })
+        .collect();
+    let peaks: Vec<(f64, f64)> = sides[..sides.len() - 1]
+        .iter()
+        .map(|&(first, end)| {
+            let (times, values) = (&times[first..end], &values[first..end]);
+            let sign = if values[0] < middle { -1.0 } else { 1.0 };
+            let at = (0..values.len()).max_by(|&a, &b| (sign * values[a]).total_cmp(&(sign * values[b])));
+            (times[at.unwrap_or(0)], extreme(times, values, sign))
+        })
+        .collect();
+    peaks.windows(2).map(|p| (0.5 * (p[0].0 + p[1].0), (p[1].1 - p[0].1).abs().ln())).collect()
 }
 
 /// Times at which a course first passes the reference's values from below or above, with the reference's
@@ -261,6 +290,16 @@ mod tests {
             paper: Vec::new(),
         };
         take(&measure, &swing(), &Columns::default(), &[])
+    }
+
+    #[test]
+    fn a_swing_that_decays_about_its_rest_tells_its_rate() {
+        let times: Vec<f64> = (0..=500).map(|i| 0.01 * f64::from(i)).collect();
+        let values: Vec<f64> =
+            times.iter().map(|t| 0.5 + 0.02 * (-0.3 * t).exp() * (TAU * t / 1.1).cos()).collect();
+        let [.., slope] = line(&swings(&times, &values)).unwrap();
+        assert!((slope + 0.3).abs() < 1e-3, "{slope}");
+        assert!(line(&swings(&times[..80], &values[..80])).is_none());
     }
 
     /// Three rows of 40 a period, the middle one half a row from a sine's peak at worst: their parabola

@@ -111,6 +111,9 @@ pub enum Kind {
     MaxAbs,
     /// Rate of its decay (1/s), the slope of its logarithm with the sign turned, by least squares.
     DecayRate,
+    /// Rate (1/s) at which what swings about its rest decays: the slope of the logarithm of its swings, each
+    /// from one extreme to the next, with the sign turned, by least squares.
+    SwingDecay,
     /// How many times as fast as the reference `against` it passes the reference's values: the slope of the
     /// reference's times over its own, by least squares, of the values between `from` and `until` of the
     /// reference's time.

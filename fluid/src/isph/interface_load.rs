@@ -1,24 +1,12 @@
 //! Forces between fluid and boundaries: what the structure gets, and what the fluid got from each of its
 //! particles.
 
-use crate::boundaries::sampling::BoundaryPoints;
 use crate::boundaries::walls::Walls;
-use crate::isph::options::Options;
 use crate::isph::pressure::along::{Along, Row};
-use crate::isph::state::State;
 use crate::particles::neighbourhood::Neighbourhood;
 use rayon::prelude::*;
 use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector};
-
-/// What a fluid particle meets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Body {
-    /// A part of the walls.
-    Wall(usize),
-    /// An interface particle.
-    Structure(usize),
-}
 
 /// How pressures are carried onto boundaries.
 #[derive(Clone, Copy)]
@@ -245,57 +233,5 @@ pub fn pressure_gradient_load<const D: usize>(
             }
         }
         *gradient = sum;
-    }
-}
-
-/// Largest ratio of the extrapolated difference of velocity to that at the wall: with it the friction of a
-/// row half in the wall stays stable at the step `h²/8ν`. Morris has 1.5.
-const STEEPEST: f64 = 3.0;
-
-/// Wall particles have the velocity that is, extrapolated through the wall's surface from the particle that
-/// they meet, the wall's own at the surface: the difference is `1 + depth/distance` times as large (Morris,
-/// Fox and Zhu 1997). The structure's particles have their own velocity.
-///
-/// Adds the friction of no-slip boundaries, `Σ ν stiffness (u_b − u_a)` in Morris' form, to the viscous
-/// accelerations (m/s²); `taken(body, acceleration)` is told what each body gave to a fluid particle.
-pub fn boundary_friction<const D: usize>(
-    neighbourhood: &Neighbourhood<D>,
-    options: &Options,
-    kinematic_viscosity: f64,
-    fluid: &State<D>,
-    bodies: (&Walls<D>, &BoundaryPoints<D>),
-    accelerations: &mut [Vector<D>],
-    mut taken: impl FnMut(Body, Vector<D>),
-) {
-    let (walls, structure) = bodies;
-    let (positions, velocities) = (&fluid.positions, &fluid.velocities);
-    let mut pull = |a: usize, at: &Vector<D>, u: &Vector<D>, g: &Vector<D>, factor: f64, body: Body| {
-        let stiffness = 2.0 * factor * g.norm() / (positions[a] - at).norm();
-        let acceleration = (u - velocities[a]) * (kinematic_viscosity * stiffness);
-        accelerations[a] += acceleration;
-        taken(body, acceleration);
-    };
-    for a in 0..positions.len() {
-        if options.no_slip_walls {
-            let list = &neighbourhood.walls;
-            let (mut nearest, mut distance) = (usize::MAX, 0.0);
-            for (&w, g) in list.of(a).iter().zip(&neighbourhood.wall_gradients[list.range(a)]) {
-                let w = w as usize;
-                let part = walls.part_of[w] as usize;
-                if part != nearest {
-                    (nearest, distance) = (part, walls.surface_point(part, &positions[a], false).distance);
-                }
-                let factor =
-                    if distance > 0.0 { (1.0 + walls.depths[w] / distance).min(STEEPEST) } else { STEEPEST };
-                pull(a, &walls.positions[w], &walls.velocities[w], g, factor, Body::Wall(part));
-            }
-        }
-        if options.no_slip_structure {
-            let list = &neighbourhood.structure;
-            for (&s, g) in list.of(a).iter().zip(&neighbourhood.structure_gradients[list.range(a)]) {
-                let s = s as usize;
-                pull(a, &structure.positions[s], &structure.velocities[s], g, 1.0, Body::Structure(s));
-            }
-        }
     }
 }

@@ -19,11 +19,15 @@ pub enum Scheme {
     Paper,
 }
 
-/// Discrete Laplacian of the velocity.
+/// Form of the viscous stress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ViscousOperator {
-    /// Morris, Fox and Zhu 1997: symmetric, so it conserves momentum and only dissipates.
+    /// Monaghan and Gingold 1983: along the line that joins two particles. It conserves momentum and angular
+    /// momentum, only dissipates, and leaves a free surface free of traction.
+    MonaghanGingold,
+    /// Morris, Fox and Zhu 1997: symmetric, so it conserves momentum and only dissipates. A free surface has
+    /// `∂u/∂n = 0`, and a wave decays at half its rate.
     Morris,
     /// The paper's Eqs. (4), (6), (7), (13): Fatehi and Manzari 2012, exact for quadratic fields, neither
     /// symmetric nor surely dissipative.
@@ -93,8 +97,8 @@ pub struct Options {
     pub time_step_growth: f64,
     /// Form of the viscous term.
     pub viscosity_operator: ViscousOperator,
-    /// Kinematic viscosity added between approaching particles, as a factor of h times the characteristic
-    /// speed. It dissipates.
+    /// Kinematic viscosity that approaching particles have at least, as a factor of h times the
+    /// characteristic speed. It dissipates.
     #[schemars(extend("minimum" = 0))]
     pub artificial_viscosity: f64,
     /// Smagorinsky constant of the sub-particle-scale (large-eddy) viscosity, Eq. (10); 0 leaves it out.
@@ -208,7 +212,7 @@ impl Default for Options {
             shifting_limit: 0.2,
             interface_shifting: false,
             taylor_correction: false,
-            viscosity_operator: ViscousOperator::Morris,
+            viscosity_operator: ViscousOperator::MonaghanGingold,
             smagorinsky: 0.1,
             artificial_viscosity: 0.02,
             no_slip_walls: false,

@@ -8,6 +8,7 @@ use crate::interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
 use crate::isph::options::{LostParticles, Options};
 use crate::isph::state::{Memory, State};
 use crate::isph::step::scratch::Scratch;
+use crate::isph::viscosity::Viscosity;
 use crate::method::Fluid;
 use crate::particles::accounting;
 use crate::properties::FluidProperties;
@@ -117,8 +118,8 @@ impl<const D: usize> Fluid<D> for Isph<D> {
         self.kernel.smoothing_length()
     }
 
-    /// Eq. (49) with the fastest of fluid, structure and walls that move in the step, growth, viscosity
-    /// (`h²/8ν`).
+    /// Eq. (49) with the fastest of fluid, structure and walls that move in the step, growth, and `h²/8ν`
+    /// where viscosity cannot be implicit.
     fn stable_step(&self, state: &State<D>, time: f64, structure_velocities: &[Vector<D>]) -> f64 {
         let h = self.smoothing_length();
         let fastest = parallel::max(state.len(), self.reference_velocity, |a| state.velocities[a].norm());
@@ -127,10 +128,7 @@ impl<const D: usize> Fluid<D> for Isph<D> {
         if state.last_dt > 0.0 {
             dt = dt.min(self.options.time_step_growth * state.last_dt);
         }
-        let viscosity = self.properties.kinematic_viscosity + self.artificial_viscosity();
-        if viscosity > 0.0 {
-            dt = dt.min(0.125 * h * h / viscosity);
-        }
+        dt = dt.min(self.viscosity().longest_step());
         self.walls.longest_step(time, dt, self.options.courant * h)
     }
 
@@ -181,7 +179,18 @@ impl<const D: usize> Fluid<D> for Isph<D> {
 }
 
 impl<const D: usize> Isph<D> {
-    pub(crate) fn artificial_viscosity(&self) -> f64 {
-        self.options.artificial_viscosity * self.smoothing_length() * self.reference_velocity
+    /// The viscosities of fluid and method. Between approaching particles there is that which the method asks
+    /// for, or the fluid's own where it is more.
+    pub(crate) fn viscosity(&self) -> Viscosity {
+        let laminar = self.properties.kinematic_viscosity;
+        let smoothing_length = self.smoothing_length();
+        let least = self.options.artificial_viscosity * smoothing_length * self.reference_velocity;
+        Viscosity {
+            laminar,
+            artificial: (least - laminar).max(0.0),
+            smagorinsky: self.options.smagorinsky,
+            operator: self.options.viscosity_operator,
+            smoothing_length,
+        }
     }
 }

@@ -77,7 +77,7 @@ impl<const D: usize> Isph<D> {
         self.assemble(&accepted.positions); //                              (15), (16)
         self.choose_hierarchy(accepted, (time, dt), structure, trial);
         done(Stage::Assembly);
-        self.predict(accepted, dt, structure, &mut report); //              (10)–(13)
+        self.predict(accepted, (time, dt), structure, &mut report)?; //     (10)–(13)
         self.find_known(accepted, structure);
         done(Stage::Prediction);
         self.project_positions(time, trial, &mut report)?; //               density error

@@ -179,7 +179,7 @@ impl<const D: usize> Isph<D> {
     /// Sorts the particles of `trial` where its next step makes a hierarchy and their order has decayed:
     /// aggregates are groups of places, so an old hierarchy could not serve.
     pub(super) fn keep_order(&mut self, trial: &mut State<D>) {
-        let Scratch { order, viscous: vectors, viscosities: numbers, .. } = &mut self.scratch;
+        let Scratch { order, viscous: vectors, viscous_factors: numbers, .. } = &mut self.scratch;
         let (low, cell) = (&self.properties.domain.0, self.kernel.support());
         if trial.memory.hierarchy.is_some() || !order.has_decayed(&trial.positions, low, cell) {
             return;

@@ -2,15 +2,16 @@
 
 use crate::boundaries::sampling::BoundaryPoints;
 use crate::boundaries::ties;
-use crate::isph::interface_load;
+use crate::error::Error;
 use crate::isph::options::Tearing;
 use crate::isph::pressure::adjoint_pair::AdjointPair;
 use crate::isph::pressure::along::BoundaryVelocities;
 use crate::isph::solver::Isph;
 use crate::isph::state::State;
 use crate::isph::step::scratch::{ROWS, Scratch};
+use crate::isph::step::solves::require;
 use crate::isph::surface::tearing;
-use crate::isph::viscosity::{self, ViscousInput};
+use crate::isph::viscosity::{self, Body, ViscousInput};
 use crate::report::StepReport;
 use rayon::prelude::*;
 use sph::{Vector, parallel};
@@ -20,38 +21,54 @@ impl<const D: usize> Isph<D> {
     pub(super) fn predict(
         &mut self,
         accepted: &State<D>,
-        dt: f64,
+        (time, dt): (f64, f64),
         structure: &BoundaryPoints<D>,
         report: &mut StepReport<D>,
-    ) {
-        let artificial_viscosity = self.artificial_viscosity();
+    ) -> Result<(), Error> {
+        let viscosity = self.viscosity();
         let s = &mut self.scratch;
         let input = ViscousInput {
             neighbourhood: &s.neighbourhood,
             corrections: &s.corrections,
             positions: &accepted.positions,
             velocities: &accepted.velocities,
-            kinematic_viscosity: self.properties.kinematic_viscosity,
-            smoothing_length: self.kernel.smoothing_length(),
-            artificial_viscosity,
+            viscosity,
         };
-        viscosity::accelerations(&input, &self.options, &mut s.viscosities, &mut s.viscous);
+        viscosity::factors(&input, &mut s.viscous_factors);
+        viscosity::frictions(
+            &s.neighbourhood,
+            &self.options,
+            viscosity.laminar,
+            accepted,
+            (&self.walls, structure),
+            &mut s.frictions,
+        );
+        // The velocities that friction is by.
+        let rubbing = if viscosity.is_implicit(dt) {
+            let forces = (&self.properties.gravity, dt);
+            let implicit = &mut s.implicit_viscosity;
+            report.viscous_solve =
+                implicit.solve(&input, &s.viscous_factors, &s.frictions, forces, &mut s.viscous);
+            require(&report.viscous_solve, "velocity with viscosity", time, viscosity::TOLERANCE)?;
+            &implicit.mean
+        } else {
+            viscosity::accelerations(&input, &s.viscous_factors, &mut s.viscous);
+            for friction in &s.frictions {
+                s.viscous[friction.particle as usize] += friction.acceleration(&accepted.velocities);
+            }
+            &accepted.velocities
+        };
         s.contact_impulses.clear();
         s.contact_impulses.resize(self.sampling.len(), Vector::zeros());
         s.wall_forces.clear(self.walls.parts.len());
-        let mass = self.properties.density * self.properties.particle_volume;
-        interface_load::boundary_friction(
-            &s.neighbourhood,
-            &self.options,
-            self.properties.kinematic_viscosity,
-            accepted,
-            (&self.walls, structure),
-            &mut s.viscous,
-            |body, acceleration| match body {
-                interface_load::Body::Structure(i) => s.contact_impulses[i] += acceleration * (mass * dt),
-                interface_load::Body::Wall(part) => s.wall_forces.forces[part] -= acceleration * mass,
-            },
-        );
+        let mass = self.properties.particle_mass();
+        for friction in &s.frictions {
+            let force = friction.acceleration(rubbing) * mass;
+            match friction.body {
+                Body::Structure(i) => s.contact_impulses[i] += force * dt,
+                Body::Wall(part) => s.wall_forces.forces[part] -= force,
+            }
+        }
         let gravity = self.properties.gravity;
         s.predicted.resize(accepted.len(), Vector::zeros());
         s.predicted
@@ -68,6 +85,7 @@ impl<const D: usize> Isph<D> {
         let near = &s.neighbourhood.walls;
         self.walls.velocities_across(&accepted.positions, near, &mut s.wall_velocities);
         ties::leave_to_structure(&s.ties, self.walls.positions.len(), near, &mut s.wall_velocities);
+        Ok(())
     }
 
     /// `D u*` (1/s) of every particle.

@@ -11,6 +11,7 @@ use crate::isph::pressure::preconditioner::PressurePreconditioner;
 use crate::isph::pressure::pressure_operator::OperatorScratch;
 use crate::isph::surface::detection::Surface;
 use crate::isph::surface::surface_offset::Outside;
+use crate::isph::viscosity::{Friction, ImplicitViscosity};
 use crate::particles::neighbourhood::Neighbourhood;
 use crate::particles::order::ParticleOrder;
 use sph::neighbours::NeighbourList;
@@ -57,8 +58,11 @@ pub struct Scratch<const D: usize> {
     pub prepared_for: Option<Arc<Origin<D>>>,
     pub solver: conjugate_gradients::Scratch,
     pub operator: OperatorScratch<D>,
-    /// Viscosities (m²/s) that the prediction takes.
-    pub viscosities: Vec<f64>,
+    /// [`factors`](crate::isph::viscosity::factors) of the viscous pairs.
+    pub viscous_factors: Vec<f64>,
+    /// Pairs of fluid and no-slip boundaries.
+    pub frictions: Vec<Friction<D>>,
+    pub implicit_viscosity: ImplicitViscosity<D>,
     /// Viscous accelerations (m/s²).
     pub viscous: Vec<Vector<D>>,
     /// `D u*` (1/s), where tearing asks for it.

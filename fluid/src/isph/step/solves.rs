@@ -46,7 +46,7 @@ impl<const D: usize> Isph<D> {
         let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
         remove_mean_if(s.surface.is_closed(), &mut s.right);
         report.position_solve = solve(&a, s.surface.is_closed(), &s.right, q, limits, memory);
-        require(&report.position_solve, "position correction", time, limits)?;
+        require(&report.position_solve, "position correction", time, limits.tolerance)?;
         let limit = self.options.position_limit * self.properties.spacing;
         let inverse_density = 1.0 / self.properties.density;
         a.pair.accelerations(inverse_density, q, &mut s.position_shifts);
@@ -95,7 +95,7 @@ impl<const D: usize> Isph<D> {
         let memory = (&mut s.preconditioner, &mut s.operator, &mut s.solver);
         remove_mean_if(s.surface.is_closed(), &mut s.right);
         report.pressure_solve = solve(&a, s.surface.is_closed(), &s.right, p, limits, memory);
-        require(&report.pressure_solve, "pressure", time, limits)?;
+        require(&report.pressure_solve, "pressure", time, limits.tolerance)?;
         let iterations = report.pressure_solve.iterations + report.position_solve.iterations;
         if trial.memory.hierarchy.as_mut().is_some_and(|hierarchy| !hierarchy.serves(iterations)) {
             trial.memory.hierarchy = None;
@@ -158,12 +158,18 @@ fn remove_mean_if(closed: bool, values: &mut [f64]) {
     }
 }
 
-fn require(solve: &Outcome, unknown: &'static str, time: f64, limits: Limits) -> Result<(), Error> {
+/// Nothing, or the error of a solve for `unknown` that missed its `tolerance`.
+pub(super) fn require(
+    solve: &Outcome,
+    unknown: &'static str,
+    time: f64,
+    tolerance: f64,
+) -> Result<(), Error> {
     if solve.converged {
         return Ok(());
     }
     let Outcome { iterations, residual, .. } = *solve;
-    Err(Error::Solve { unknown, time, residual, iterations, tolerance: limits.tolerance })
+    Err(Error::Solve { unknown, time, residual, iterations, tolerance })
 }
 
 #[cfg(test)]
