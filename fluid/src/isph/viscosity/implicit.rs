@@ -13,8 +13,7 @@ use rayon::prelude::*;
 use sph::Vector;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// Residual over right-hand side. The systems are well conditioned: 1e-9 takes half as many iterations again
-/// as 1e-6, and momentum is kept to it.
+/// Residual over right-hand side; momentum is kept to it.
 pub const TOLERANCE: f64 = 1e-9;
 
 /// Most iterations.
