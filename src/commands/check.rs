@@ -197,6 +197,8 @@ fn expected_windows(case: &Case) -> Option<[f64; 2]> {
     let mut longest = general.output_interval;
     if let Some(coupling) = &case.coupling {
         longest = longest.min(coupling.max_window);
+    }
+    if case.structure.is_some() {
         longest = longest.min(structure::participant::largest_window(case).ok()?.unwrap_or(f64::INFINITY));
     }
     let steps = match case.fluid {

@@ -75,6 +75,7 @@ fn as_many_windows_come_as_check_expects() {
         ("coupled", &["--end-time", "0.01", "--set", "coupling.max_window=3e-4"]),
         ("coupled", &["--end-time", "0.004", "--set", "coupling.sub_steps=2"]),
         ("plate", &["--end-time", "0.02"]),
+        ("plate", &["--end-time", "0.02", "--set", "case.output_interval=0.02"]),
     ] {
         let folder = bench.path(template).display().to_string();
         bench.call(&["new", &folder, "--template", template]);

@@ -91,23 +91,24 @@ fn preview_in<S: Solid<D>, const D: usize>(case: &Case) -> Result<Vec<(String, S
         line("particles", format!("{} ({free} free)", particles.len())),
         line("stable sub-step", format!("{stable:.3e} s")),
     ];
-    if let Some(count) = sub_steps(case) {
+    if let Some(count) = most_sub_steps(case) {
         lines
             .push(line("largest window", format!("{:.3e} s ({count} sub-steps)", stable * f64::from(count))));
     }
     Ok(lines)
 }
 
-fn sub_steps(case: &Case) -> Option<u32> {
-    case.coupling.as_ref().and_then(|coupling| coupling.sub_steps.count())
+/// Sub-steps of the largest window, unless windows may be of any size.
+fn most_sub_steps(case: &Case) -> Option<u32> {
+    case.coupling.as_ref().map_or(Some(SUB_STEPS_ALONE), |coupling| coupling.sub_steps.count())
 }
 
-/// Largest window (s) of the structure of `case`, where the case says how many sub-steps it takes.
+/// Largest window (s) of the structure of `case`, where its sub-steps are counted.
 ///
 /// # Errors
 /// A setting that cannot be used.
 pub fn largest_window(case: &Case) -> Result<Option<f64>> {
-    let Some(count) = sub_steps(case) else { return Ok(None) };
+    let Some(count) = most_sub_steps(case) else { return Ok(None) };
     let stable = match case.general.dimension {
         2 => build::<TotalLagrangian<2>, 2>(case)?.1.stability.step,
         _ => build::<TotalLagrangian<3>, 3>(case)?.1.stability.step,
@@ -152,14 +153,12 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
         let (solid, accepted) = build::<S, D>(case)?;
         let particles = solid.particles();
         let points = particles.interface.len();
-        let most_sub_steps =
-            case.coupling.as_ref().map_or(Some(SUB_STEPS_ALONE), |coupling| coupling.sub_steps.count());
         Ok(Self {
             description: describe::<D>(case, S::METHOD, points),
             trial: accepted.clone(),
             accepted,
             load: vec![Vector::zeros(); points],
-            most_sub_steps,
+            most_sub_steps: most_sub_steps(case),
             start_load: linear_load(case).then(|| vec![Vector::zeros(); points]),
             readings: readings(case, particles)?,
             report: None,
