@@ -47,7 +47,7 @@ pub enum ShiftingLaw {
     Off,
 }
 
-/// Where fluid that would be pulled, its pressure below that of the surface, is torn instead.
+/// Where fluid that would be pulled, its pressure below what it bears, is torn instead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tearing {
@@ -137,8 +137,13 @@ pub struct Options {
     pub surface_hysteresis: f64,
     /// Whether the pressure of surface particles carries half a spacing of the pressure gradient.
     pub surface_offset: bool,
-    /// Where fluid that would be pulled, its pressure below that of the surface, is torn open instead.
+    /// Where fluid that would be pulled below what it bears is torn open instead.
     pub tearing: Tearing,
+    /// Pressure (Pa) over that of the air below which fluid tears: 0 where air can come in or is shut in, that
+    /// at which it boils (−0.1 MPa for water) where there is none. Cavities that `tearing = "everywhere"` opens
+    /// have this pressure, those at the surface that of the air.
+    #[schemars(extend("maximum" = 0))]
+    pub tensile_limit: f64,
     /// Law of particle shifting.
     pub shifting: ShiftingLaw,
     /// Factor of the shifting vector: times `2h u Δt` of the law `"concentration"`, the paper's `C` of its
@@ -206,7 +211,8 @@ impl Default for Options {
             position_projection: true,
             corrected_gradient: true,
             surface_offset: true,
-            tearing: Tearing::Off,
+            tearing: Tearing::AtSurface,
+            tensile_limit: 0.0,
             shifting: ShiftingLaw::Concentration,
             shifting_coefficient: 0.5,
             shifting_limit: 0.2,
@@ -241,6 +247,7 @@ impl Options {
             position_projection: false,
             corrected_gradient: true,
             surface_offset: false,
+            tearing: Tearing::Off,
             shifting: ShiftingLaw::Paper,
             shifting_coefficient: 0.04,
             interface_shifting: true,

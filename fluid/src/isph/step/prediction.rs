@@ -110,7 +110,8 @@ impl<const D: usize> Isph<D> {
             let mut parting = std::mem::take(&mut s.parting);
             Self::predicted_divergence(s, structure, &mut parting);
             s.parting = parting;
-            let limit = -tearing::LIMIT * self.properties.density * self.reference_velocity.powi(2);
+            let noise = tearing::NOISE * self.properties.density * self.reference_velocity.powi(2);
+            let limit = self.options.tensile_limit - noise;
             let law = (self.options.tearing, limit);
             tearing::find(law, &s.parting, &s.neighbourhood, accepted, &mut s.surface, &mut s.torn);
         }

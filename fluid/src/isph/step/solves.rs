@@ -2,6 +2,7 @@
 
 use crate::boundaries::sampling::BoundaryPoints;
 use crate::error::Error;
+use crate::isph::options::Tearing;
 use crate::isph::pressure::conjugate_gradients::{self, Limits};
 use crate::isph::pressure::position_projection;
 use crate::isph::pressure::preconditioner::PressurePreconditioner;
@@ -78,13 +79,18 @@ impl<const D: usize> Isph<D> {
         if self.options.surface_offset {
             let smoothing_length = self.kernel.smoothing_length();
             s.outside.find((&self.properties, smoothing_length), &s.surface, &s.neighbourhood, accepted);
+        } else {
+            s.outside.clear(accepted.len());
+        }
+        if self.options.tearing == Tearing::Everywhere {
+            s.torn.iter().for_each(|&a| s.outside.known[a as usize] = self.options.tensile_limit);
+        }
+        if self.options.surface_offset || self.options.tensile_limit < 0.0 {
             s.of_known.resize(accepted.len(), 0.0);
             a.apply(&s.outside.known, &mut s.of_known, &mut s.operator);
             let drawn = s.of_known.par_iter().zip(&s.outside.drawn_to).zip(&s.terms.draw);
             let right = s.right.par_iter_mut().zip(drawn).with_min_len(LIGHT_ROWS);
             right.for_each(|(b, ((known, drawn_to), draw))| *b += draw * drawn_to - known);
-        } else {
-            s.outside.clear(accepted.len());
         }
         clear_known(&mut s.right, &s.surface.free);
         let p = &mut trial.pressures;

@@ -1,5 +1,4 @@
-//! Water that tears instead of being pulled: an option
-//! ([`Options::tearing`](crate::isph::options::Options::tearing)).
+//! Water that tears instead of being pulled ([`Options::tearing`](crate::isph::options::Options::tearing)).
 //!
 //! The projection holds every particle inside the fluid to `D u = 0`, by tension (a pressure below the
 //! surface's) where it must. Where a jet falls back and shuts a cavity in, where water leaves a wall or an
@@ -10,9 +9,9 @@
 //! pulled (unilateral incompressibility: Narain, Golas and Lin 2010 for sand, Gerszewski and Bargteil 2013
 //! for splashes).
 //!
-//! Here the set of particles with `p = 0` is corrected once a step: one whose pressure was below −[`LIMIT`]
-//! in the last step, or that was torn, has the known pressure zero in this step if it parts, `D u* > 0`; if
-//! it closes, its pressure is unknown again. So tension lasts a step or two, there is no second solve, and
+//! Here the set of particles with `p = 0` is corrected once a step: one whose pressure was below the tensile limit
+//! (by more than [`NOISE`]) in the last step, or that was torn, has a known pressure in this step if it parts, `D
+//! u* > 0`; if it closes, its pressure is unknown again. So tension lasts a step or two, there is no second solve, and
 //! the projection takes energy only, as it does with the known pressures of the surface. Where particles have
 //! parted far enough they are a surface as any ([`surface`](crate::isph::surface::detection)), and a cavity
 //! stays open until the flow closes it.
@@ -25,9 +24,9 @@
 //! weight: the one under the dam break's jet grows to about 0.6 × 0.35 m in 0.2 s, where air that is shut in
 //! would be thinned.
 //!
-//! It is off by default because the cases were measured without; `docs/fluid.md` has the numbers with and
-//! without, and what else was tried: in a dam break it takes tension to 1/25 to 1/100 at no cost, and the
-//! elastic gate's tip goes 6 % farther.
+//! [`Tearing::AtSurface`] is the default; water under tension without air, in a sealed vessel or a vacuum, asks for
+//! [`Tearing::Off`] or for its tensile limit. `docs/fluid.md` has the numbers with and without, and what else was
+//! tried: in a dam break it takes tension to 1/25 to 1/100 at no cost, and the elastic gate's tip goes 6 % farther.
 
 use crate::isph::options::Tearing;
 use crate::isph::state::State;
@@ -35,8 +34,9 @@ use crate::isph::surface::detection::Surface;
 use crate::particles::class::SurfaceClass;
 use crate::particles::neighbourhood::Neighbourhood;
 
-/// Tension over `ρ u_ref²` from which on fluid tears: what a tank at rest has of it by noise stays below.
-pub const LIMIT: f64 = 0.02;
+/// Tension over `ρ u_ref²` beyond the tensile limit from which on fluid tears: what a tank at rest has of it by
+/// noise stays below.
+pub const NOISE: f64 = 0.02;
 
 /// Finds the torn particles: `torn` lists them, and `surface` counts their pressures as known.
 ///
