@@ -6,8 +6,8 @@
 //! # Where a polyline ends at another wall
 //!
 //! Its rows end at the end of its last piece, and the other wall begins at its own surface: behind the corner
-//! between them a quarter may be open, which the fluid in the corner would feel. So the rows go on straight as
-//! far as the other wall covers the line, in the cells that no wall fills.
+//! between them a quarter may be open, which the fluid in the corner would feel. So the rows go on straight
+//! as far as the other wall covers the line, in the cells that no wall fills.
 
 use crate::boundaries::shapes::{Side, WallPart, WallShape, fluid_side};
 use crate::boundaries::wall_motion::Motion;

@@ -451,7 +451,7 @@ fn walls_that_touch_at_a_corner_alone_are_told() {
     };
     let bed = "{ low = [0.0, -0.1], high = [1.0, 0.0] }";
     let [told] = &found(bed, "")[..] else { panic!("one corner is open") };
-    let wanted = "fluid.wall.2.box = {low = [0.0, -0.1], high = [1.0, 0.0]}: the wall \"bed\" touches the wall \"right\" at an edge alone, and what is behind it is open; let one of them reach behind the other";
+    let wanted = "fluid.wall.2.box: the wall \"bed\" touches the wall \"right\" at an edge alone, and what is behind it is open; let one of them reach behind the other";
     assert!(told.contains(wanted), "{told}");
     assert_eq!(found("{ low = [0.0, -0.1], high = [1.1, 0.0] }", ""), [""; 0]);
     let third = "[[fluid.wall]]\nname = \"foot\"\nbox = { low = [1.0, -0.1], high = [1.1, 0.0] }\n";

@@ -2,10 +2,10 @@
 //!
 //! One solve does not find it. The surface's pressure is taken from the acceleration by pressure of the step
 //! before ([`surface_offset`](crate::isph::surface::surface_offset)). A velocity that is free of divergence
-//! where the particles are is so no longer where they are a step later, and that is what the projection meets:
-//! in its first step a drop or a patch that turns has no pressure. What a velocity must lose at once, as where
-//! it runs into a wall, is lost in the first step and belongs to no pressure later. So the state goes on for
-//! some short steps, and keeps nothing of them but the pressure.
+//! where the particles are is so no longer where they are a step later, and that is what the projection
+//! meets: in its first step a drop or a patch that turns has no pressure. What a velocity must lose at once,
+//! as where it runs into a wall, is lost in the first step and belongs to no pressure later. So the state
+//! goes on for some short steps, and keeps nothing of them but the pressure.
 
 use crate::error::Error;
 use crate::interface::InterfaceInput;
@@ -34,12 +34,14 @@ impl<const D: usize> Isph<D> {
         let (mut ahead, mut trial) = (initial.clone(), State::default());
         let (mut positions, mut velocities) = (structure.positions.to_vec(), structure.velocities.to_vec());
         let gravity = self.properties.gravity;
-        // The structure goes on under weight and load; it is not yet strained. Met is its mean velocity, or
-        // that at the end, under its weight alone.
+        // A structure that yields goes on under weight and load; it is not yet strained. Met is its mean
+        // velocity, or that at the end, under its weight alone. One that does not yield goes on as it does:
+        // under a load that knows nothing of it, it would be thrown about.
+        let yields = !self.compliance.is_empty();
         let fall = gravity * (self.options.structure_velocity.compliance() * short);
         let mut unloaded = velocities.clone();
         for step in 0..STEPS {
-            let is_free = self.interface.densities.iter().map(|density| *density > 0.0);
+            let is_free = self.interface.densities.iter().map(|density| yields && *density > 0.0);
             for ((unloaded, u), free) in unloaded.iter_mut().zip(&velocities).zip(is_free) {
                 *unloaded = if free { u + fall } else { *u };
             }
@@ -51,7 +53,7 @@ impl<const D: usize> Isph<D> {
                 positions.iter_mut().zip(&mut velocities).zip(loads).zip(&unloaded)
             {
                 *r += unloaded * short;
-                if *density > 0.0 {
+                if yields && *density > 0.0 {
                     *u += (gravity - load / *density) * short;
                 }
             }

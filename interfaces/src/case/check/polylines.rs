@@ -54,7 +54,7 @@ pub(super) fn walls_that_move(walls: &[Wall], tolerance: f64, findings: &mut Fin
     }
 }
 
-/// Distance (m) from a point to the nearest place of a polyline, and whether the solid is on the point's side.
+/// Distance (m) from a point to the nearest place of a polyline, and whether the solid is on its side.
 struct Nearest {
     distance: f64,
     solid: bool,
