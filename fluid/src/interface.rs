@@ -66,19 +66,6 @@ pub struct InterfaceOutput<const D: usize> {
     pub pressures: Vec<f64>,
 }
 
-impl<const D: usize> InterfaceOutput<D> {
-    /// Before the first window is solved there is no pressure.
-    pub fn at_rest(points: usize) -> Self {
-        let zeros = vec![Vector::zeros(); points];
-        Self {
-            pressure_gradients: zeros.clone(),
-            pair_reactions: zeros.clone(),
-            normals: zeros,
-            pressures: vec![0.0; points],
-        }
-    }
-}
-
 /// Normals of the structure's surface.
 #[derive(Clone, Debug, Default)]
 pub struct StructureSurface {

@@ -51,6 +51,19 @@ pub trait Fluid<const D: usize>: Sized {
         structure_velocities: &[Vector<D>],
     ) -> f64;
 
+    /// Gives `initial`, which has none, the pressure with which a first step of `dt` (s) from `time` (s)
+    /// begins, and [`output`](Self::output) and the forces on walls what goes with it; nothing moves.
+    ///
+    /// # Errors
+    /// Those of [`step`](Self::step).
+    fn start(
+        &mut self,
+        initial: &mut State<D, Self::Memory>,
+        time: f64,
+        dt: f64,
+        structure: &InterfaceInput<'_, D>,
+    ) -> Result<(), Error>;
+
     /// Advances `accepted` by `dt` (s) into `trial`, memory of `trial` used again. `time` (s) says where
     /// walls that move are. Nothing but `accepted`, `time`, `dt` and `structure` decides the result: calling
     /// twice gives the same bits.
@@ -76,11 +89,11 @@ pub trait Fluid<const D: usize>: Sized {
     /// The same, to be set to what it was when a saved state is gone back to.
     fn output_mut(&mut self) -> &mut InterfaceOutput<D>;
 
-    /// Force (N) of the fluid on each part of the walls in the last step; nothing before the first.
+    /// Force (N) of the fluid on each part of the walls in the last step, or at the start; nothing before.
     fn wall_forces(&self) -> &[Vector<D>];
 
-    /// Force (N) of the fluid on a named part of the walls in the last step, zero before the first; nothing
-    /// where no part has this name.
+    /// Force (N) of the fluid on a named part of the walls in the last step, or at the start, zero before;
+    /// nothing where no part has this name.
     fn wall_force(&self, name: &str) -> Option<Vector<D>> {
         let of = |part: usize| self.wall_forces().get(part).copied().unwrap_or_else(Vector::zeros);
         self.walls().part(name).map(of)

@@ -11,7 +11,7 @@ mod snapshot;
 
 use crate::boundaries::walls::Walls;
 use crate::error::Error;
-use crate::interface::{InterfaceInput, InterfaceOutput, InterfaceParticles};
+use crate::interface::{InterfaceInput, InterfaceParticles};
 use crate::isph::solver::Isph;
 use crate::isph::state::Memory;
 use crate::method::Fluid;
@@ -186,6 +186,19 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
         }
     }
 
+    /// The pressure of the initial state, beside a structure that bears no load yet.
+    fn find_initial_pressure(&mut self, start: f64) -> Result<()> {
+        let size = self.window_limit(&self.accepted, start);
+        let unloaded = vec![Vector::zeros(); self.positions.len()];
+        let structure = InterfaceInput {
+            positions: &self.positions,
+            velocities: &self.velocities,
+            held_pressure_gradients: &unloaded,
+        };
+        let found = self.fluid.start(&mut self.accepted, start, size, &structure);
+        found.map_err(|error| self.explain(&error, start))
+    }
+
     fn window_limit(&self, state: &State<D, F::Memory>, time: f64) -> f64 {
         self.fluid.stable_step(state, time, &self.velocities).min(self.max_time_step)
     }
@@ -269,8 +282,6 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
     }
 
     fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
-        // There is no pressure before the first window is solved.
-        outputs.iter_mut().for_each(|(_, values)| values.fill(0.0));
         self.take_motion(inputs);
         let interface = InterfaceParticles {
             positions: self.positions.clone(),
@@ -278,11 +289,11 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
             densities: inputs.get(names::DENSITY).unwrap_or_default().to_vec(),
         };
         let Self { fluid, accepted, .. } = self;
-        let points = interface.volumes.len();
         let (properties, options, walls) = (fluid.properties(), fluid.options(), fluid.walls());
         *fluid = F::new(properties.clone(), options.clone(), walls.clone(), interface, accepted)
             .map_err(failed)?;
-        *fluid.output_mut() = InterfaceOutput::at_rest(points);
+        self.find_initial_pressure(start)?;
+        self.give_load(outputs);
         self.accepted_ledger = Ledger::at_start(self.fluid.properties(), &self.accepted);
         self.shown_walls.move_to(start, (1.0, 0.0));
         self.snapshots.write_walls(start, &self.shown_walls)?;

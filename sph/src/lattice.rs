@@ -13,12 +13,21 @@ pub struct Lattice<const D: usize> {
     pub counts: [usize; D],
 }
 
+/// Fraction of a cell by which lengths count as the same: over round-off in coordinates, which must not
+/// settle ties.
+pub const TIE: f64 = 1e-6;
+
+/// Cells of about `spacing` (m) that tile a length (m): `round(length/spacing)`, at least one. Half a cell
+/// counts as one, and so does what is short of it by [`TIE`].
+pub fn cells(length: f64, spacing: f64) -> usize {
+    ((length / spacing + 0.5 + TIE).floor() as usize).max(1)
+}
+
 impl<const D: usize> Lattice<D> {
-    /// Fills the box from `low` to `high` (m) with cells as near to `spacing` (m) as tile it:
-    /// `round(length/spacing)`, at least one, an axis.
+    /// Fills the box from `low` to `high` (m) with cells as near to `spacing` (m) as tile it, [`cells`] along
+    /// each axis.
     pub fn fill_box(low: Vector<D>, high: Vector<D>, spacing: f64) -> Self {
-        let counts: [usize; D] =
-            std::array::from_fn(|i| (((high[i] - low[i]) / spacing).round() as usize).max(1));
+        let counts: [usize; D] = std::array::from_fn(|i| cells(high[i] - low[i], spacing));
         let cell = Vector::from_fn(|i, _| (high[i] - low[i]) / counts[i] as f64);
         let total = counts.iter().product();
         let positions = (0..total)
@@ -56,6 +65,15 @@ pub fn jittered<const D: usize>(points: Vec<Vector<D>>, amplitude: f64, seed: u6
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// 0.105 − 0.1 and 1.105 − 1.1 are on both sides of 0.005, two and a half cells.
+    #[test]
+    fn a_tie_does_not_depend_on_the_last_bit() {
+        for moved in [0.0, 0.1, 1.0, -0.3, 1000.0] {
+            let (low, high) = (Vector::from([0.1 + moved, 0.0]), Vector::from([0.105 + moved, 0.01]));
+            assert_eq!(Lattice::<2>::fill_box(low, high, 0.002).counts, [3, 5], "{moved}");
+        }
+    }
 
     #[test]
     fn a_gate_is_tiled_exactly() {

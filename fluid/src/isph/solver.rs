@@ -132,6 +132,16 @@ impl<const D: usize> Fluid<D> for Isph<D> {
         self.walls.longest_step(time, dt, self.options.courant * h)
     }
 
+    fn start(
+        &mut self,
+        initial: &mut State<D>,
+        time: f64,
+        dt: f64,
+        structure: &InterfaceInput<'_, D>,
+    ) -> Result<(), Error> {
+        rayon::scope(|_| self.find_initial_pressure(initial, (time, dt), structure))
+    }
+
     fn step(
         &mut self,
         accepted: &State<D>,

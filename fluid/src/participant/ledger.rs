@@ -73,6 +73,7 @@ impl Ledger {
         f[at::KINETIC] = state.velocities.iter().map(|u| 0.5 * mass * u.norm_squared()).sum();
         f[at::POTENTIAL] = state.positions.iter().map(|r| -mass * gravity.dot(r)).sum();
         f[at::MAX_SPEED] = state.velocities.iter().map(Vector::norm).fold(0.0, f64::max);
+        f[at::MAX_PRESSURE] = state.pressures.iter().copied().fold(0.0, f64::max);
         f[at::PARTICLES] = state.len() as f64;
         ledger
     }

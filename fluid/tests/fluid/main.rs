@@ -7,6 +7,7 @@ mod models;
 mod multigrid;
 mod operators;
 mod order;
+mod start;
 mod still_water;
 mod support;
 mod surface;

@@ -46,9 +46,10 @@ impl AxisBox {
     }
 
     /// Cells that a lattice of about `spacing` (m) has along each axis: `round(length/spacing)`, at least
-    /// one; the rule of `sph::lattice`.
+    /// one, half a cell to 1e-6 counting as one; the rule of `sph::lattice`.
     pub fn lattice_counts(&self, spacing: f64) -> Vec<usize> {
-        self.extent().iter().map(|length| ((length / spacing).round() as usize).max(1)).collect()
+        let cells = |length: &f64| ((length / spacing + 0.5 + 1e-6).floor() as usize).max(1);
+        self.extent().iter().map(cells).collect()
     }
 
     /// Particles on the lattice of [`Self::lattice_counts`].

@@ -387,3 +387,73 @@ fn what_moves_overlaps_nothing_and_bodies_stay_out_of_solids() {
         "{thin:#?}"
     );
 }
+
+/// What is behind a polyline is in its solid, behind its corners too; beyond its ends it has none. A wall that
+/// moves stays out of it.
+#[test]
+fn nothing_stands_in_the_solid_behind_a_polyline() {
+    let found = |line: &str, more: &str| {
+        let text = changed("polyline = [[0.0, 0.8], [0.0, 0.0]]", &format!("polyline = {line}"));
+        let text = text.replacen("[structure.material]", &format!("{more}[structure.material]"), 1);
+        mistakes(Case::parse(&text, Path::new("case.toml"), &[], &SECTIONS))
+    };
+    let hook = "[[0.0, 0.8], [0.0, -0.05], [1.0, -0.05]]";
+    assert_eq!(found(hook, ""), [""; 0]);
+    let region = |low: &str, high: &str| {
+        format!("[[fluid.region]]\nname = \"more\"\nbox = {{ low = {low}, high = {high} }}\n")
+    };
+    // Left of the corner and under it: no piece has it before it.
+    let behind = found(hook, &region("[-0.08, -0.15]", "[-0.02, -0.1]"));
+    let named = "line 21: fluid.wall.0.solid_side = \"right\": puts the region \"more\" into the solid; take the other side, or move what is in it";
+    assert_eq!(behind, [named]);
+    // Beyond the end of the wall on the left, which stands on nothing there.
+    assert_eq!(found("[[0.0, 0.8], [0.0, 0.0]]", &region("[-0.08, -0.15]", "[-0.02, -0.1]")), [""; 0]);
+    let body = "[[structure.body]]\nname = \"post\"\nbox = { low = [-0.08, -0.15], high = [-0.02, -0.1] }\n";
+    let body = found(hook, body);
+    assert!(body.iter().any(|line| line.contains("puts the body \"post\" into the solid")), "{body:#?}");
+
+    let gate = |low: &str, moves: bool| {
+        let motion = "motion = { direction = [0.0, 1.0], table = [[0.0, 0.0], [1.0, 1.0]] }\n";
+        let motion = if moves { motion } else { "" };
+        let gate = format!("box = {{ low = {low}, high = [1.05, 0.9] }}");
+        format!("[[fluid.wall]]\nname = \"gate\"\n{gate}\n{motion}")
+    };
+    let line = "[[0.0, 0.8], [0.0, -0.05], [1.1, -0.05]]";
+    let overlap = |line: &&String| {
+        line.contains(
+            "the wall \"gate\" overlaps the solid of the wall \"left\", and the wall \"gate\" moves",
+        )
+    };
+    for (low, moves, refused) in
+        [("[1.0, -0.1]", true, true), ("[1.0, -0.1]", false, false), ("[1.0, -0.05]", true, false)]
+    {
+        let found = found(line, &gate(low, moves));
+        assert_eq!(found.iter().filter(overlap).count(), usize::from(refused), "{low} {moves}: {found:#?}");
+    }
+}
+
+/// Where two boxes touch at a corner alone and there is water on one side of it, the other side must hold
+/// something.
+#[test]
+fn walls_that_touch_at_a_corner_alone_are_told() {
+    let found = |bed: &str, more: &str| {
+        let text = changed("low = [1.0, -0.1], high = [1.1, 0.8]", "low = [1.0, 0.0], high = [1.1, 0.8]");
+        let text = text.replacen(
+            "[structure.material]",
+            &format!("[[fluid.wall]]\nname = \"bed\"\nbox = {bed}\n{more}[structure.material]"),
+            1,
+        );
+        let text =
+            text.replacen("low = [0.0, -0.05], high = [1.0, 0.0]", "low = [0.4, 0.5], high = [0.6, 0.6]", 1);
+        let text = text.replacen("face = \"right\"", "box = { low = [0.4, 0.5], high = [0.5, 0.6] }", 1);
+        let found = mistakes(Case::parse(&text, Path::new("case.toml"), &[], &SECTIONS));
+        found.into_iter().filter(|line| line.contains("at an edge alone")).collect::<Vec<_>>()
+    };
+    let bed = "{ low = [0.0, -0.1], high = [1.0, 0.0] }";
+    let [told] = &found(bed, "")[..] else { panic!("one corner is open") };
+    let wanted = "fluid.wall.2.box: the wall \"bed\" touches the wall \"right\" at an edge alone, and what is behind it is open; let one of them reach behind the other";
+    assert!(told.contains(wanted), "{told}");
+    assert_eq!(found("{ low = [0.0, -0.1], high = [1.1, 0.0] }", ""), [""; 0]);
+    let third = "[[fluid.wall]]\nname = \"foot\"\nbox = { low = [1.0, -0.1], high = [1.1, 0.0] }\n";
+    assert_eq!(found(bed, third), [""; 0]);
+}

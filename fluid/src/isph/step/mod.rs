@@ -6,6 +6,7 @@ mod motion;
 mod prediction;
 pub(crate) mod scratch;
 mod solves;
+mod start;
 mod velocity;
 
 use crate::boundaries::sampling::BoundaryPoints;

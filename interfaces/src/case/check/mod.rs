@@ -4,9 +4,11 @@
 //! A number that [`super::conform`] found wrong is NaN here, and every check asks for what is wrong
 //! (`low >= high`), never for what is right (`!(low < high)`): so an unknown number fails none.
 
+mod corners;
 mod fluid;
 mod overlaps;
 mod parts;
+mod polylines;
 mod records;
 mod sizes;
 mod structure;

@@ -1,23 +1,17 @@
 //! No two things in one place. Touching is no overlap.
 
+use super::parts::Part;
+use super::{corners, polylines};
 use crate::case::findings::Findings;
-use crate::case::fluid::{Fluid, Wall};
+use crate::case::fluid::Fluid;
 use crate::case::geometry::AxisBox;
 use crate::case::keys::Case;
 use crate::case::region::Region;
 use std::borrow::Cow;
-use words::geometry::Side;
 
 /// Depth of an overlap that counts, as a fraction of the particle spacing: over round-off in coordinates that
 /// are meant to be the same, and far under what a particle would notice.
 const TOLERANCE: f64 = 0.01;
-
-/// A box with its key and name.
-struct Part<'a> {
-    key: String,
-    what: String,
-    bounds: Cow<'a, AxisBox>,
-}
 
 fn part<'a>(list: &str, index: usize, what: &str, name: &str, bounds: &'a AxisBox) -> Part<'a> {
     let what = format!("the {what} \"{name}\"");
@@ -71,8 +65,13 @@ pub(super) fn check(file: &Case, findings: &mut Findings) {
         .collect();
     walls_that_move(&walls, &moving, tolerance, findings);
     clamps_in_moving_walls(file, &walls, &moving, tolerance, findings);
+    let all_walls = file.fluid.as_ref().map_or(&[][..], |fluid| &fluid.walls);
     for region in regions.iter().chain(&bodies) {
-        beside_polylines(region, file.fluid.as_ref().map_or(&[], |fluid| &fluid.walls), tolerance, findings);
+        polylines::beside(region, all_walls, tolerance, findings);
+    }
+    polylines::walls_that_move(all_walls, tolerance, findings);
+    if let Some(fluid) = &file.fluid {
+        corners::check(fluid, (&regions, &bodies), tolerance, findings);
     }
 }
 
@@ -180,60 +179,4 @@ fn fixed_rows(file: &Case) -> Vec<(usize, AxisBox)> {
         found.push((i, body.bounds.beyond(face, depth)));
     }
     found
-}
-
-/// A polyline must not cut a region or a body, and it must lie on its open side.
-fn beside_polylines(region: &Part<'_>, walls: &[Wall], tolerance: f64, findings: &mut Findings) {
-    let centre: Vec<_> =
-        region.bounds.low.iter().zip(&region.bounds.high).map(|(low, high)| 0.5 * (low + high)).collect();
-    // Distance to the nearest segment that faces the centre, and whether the centre is on its solid side.
-    let mut nearest: Option<(f64, bool, usize)> = None;
-    let mut cut = false;
-    for (i, wall) in walls.iter().enumerate() {
-        let (Some(points), Some(side)) = (&wall.polyline, wall.solid_side) else { continue };
-        for segment in points.windows(2).filter(|segment| segment[0].len() == 2 && centre.len() == 2) {
-            if passes_through(&segment[0], &segment[1], &region.bounds, tolerance) && !cut {
-                cut = true;
-                findings.add(
-                    region.key.as_str(),
-                    format!("{} is cut by the wall \"{}\"", region.what, wall.name),
-                    "move or shrink one of them; they may touch",
-                );
-            }
-            let [dx, dy] = [segment[1][0] - segment[0][0], segment[1][1] - segment[0][1]];
-            let [rx, ry] = [centre[0] - segment[0][0], centre[1] - segment[0][1]];
-            let along = (rx * dx + ry * dy) / (dx * dx + dy * dy);
-            let left = (dx * ry - dy * rx) / dx.hypot(dy);
-            if (0.0..=1.0).contains(&along) && nearest.is_none_or(|(distance, ..)| left.abs() < distance) {
-                nearest = Some((left.abs(), (left > 0.0) == (side == Side::Left), i));
-            }
-        }
-    }
-    if let (false, Some((_, true, i))) = (cut, nearest) {
-        findings.add(
-            format!("fluid.wall.{i}.solid_side"),
-            format!("puts {} into the solid", region.what),
-            "take the other side, or move what is in it",
-        );
-    }
-}
-
-/// Whether the segment has a part inside the box shrunk by `tolerance` (clipped axis by axis, after Liang and
-/// Barsky 1984).
-fn passes_through(from: &[f64], to: &[f64], bounds: &AxisBox, tolerance: f64) -> bool {
-    let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
-    for axis in 0..2 {
-        let (low, high) = (bounds.low[axis] + tolerance, bounds.high[axis] - tolerance);
-        let step = to[axis] - from[axis];
-        if step == 0.0 {
-            if from[axis] <= low || from[axis] >= high {
-                return false;
-            }
-            continue;
-        }
-        let (a, b) = ((low - from[axis]) / step, (high - from[axis]) / step);
-        enter = enter.max(a.min(b));
-        leave = leave.min(a.max(b));
-    }
-    enter < leave && bounds.low.iter().chain(&bounds.high).chain(from).chain(to).all(|x| x.is_finite())
 }

@@ -3,7 +3,15 @@
 use crate::case::findings::Findings;
 use crate::case::geometry::AxisBox;
 use crate::case::participant::Participant;
+use std::borrow::Cow;
 use words::geometry::Face;
+
+/// A box with its key and name.
+pub(super) struct Part<'a> {
+    pub key: String,
+    pub what: String,
+    pub bounds: Cow<'a, AxisBox>,
+}
 
 /// Names are words that can stand in a column's head and in a `--set`, and each is there once.
 pub(super) fn check_names<'a>(list: &str, names: impl Iterator<Item = &'a str>, findings: &mut Findings) {
