@@ -139,9 +139,9 @@ pub struct Options {
     pub surface_offset: bool,
     /// Where fluid that would be pulled below what it bears is torn open instead.
     pub tearing: Tearing,
-    /// Pressure (Pa) over that of the air below which fluid tears: 0 where air can come in or is shut in, that
-    /// at which it boils (−0.1 MPa for water) where there is none. Cavities that `tearing = "everywhere"` opens
-    /// have this pressure, those at the surface that of the air.
+    /// Pressure (Pa) over that of the air below which fluid tears: 0 where air can come in or is shut in,
+    /// that at which it boils (−0.1 MPa for water) where there is none. Cavities that `tearing =
+    /// "everywhere"` opens have this pressure, those at the surface that of the air.
     #[schemars(extend("maximum" = 0))]
     pub tensile_limit: f64,
     /// Law of particle shifting.

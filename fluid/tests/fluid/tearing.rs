@@ -57,8 +57,8 @@ fn height(state: &State<2>) -> f64 {
     state.positions.iter().map(|r| r.y).sum::<f64>() / state.len() as f64
 }
 
-/// Water that boils at a pressure which the column does not reach hangs; one that boils above it falls, and the
-/// cavity over it has the pressure at which it boils.
+/// Water that boils at a pressure which the column does not reach hangs; one that boils above it falls, and
+/// the cavity over it has the pressure at which it boils.
 #[test]
 fn water_under_a_lid_bears_what_its_tensile_limit_says() {
     let weight = 1000.0 * GRAVITY * 0.2;
@@ -74,8 +74,8 @@ fn water_under_a_lid_bears_what_its_tensile_limit_says() {
         let fall = start - height(&state);
         let free = 0.5 * GRAVITY * time * time;
         assert_eq!(torn == 0, hangs, "{share}: {torn}");
-        // What is under the lid falls by its weight less the tension that holds it; measured 31 mm of 39, and 52
-        // without tension.
+        // What is under the lid falls by its weight less the tension that holds it; measured 31 mm of 39, and
+        // 52 without tension.
         let expected = if hangs { 0.0 } else { (1.0 - share) * free };
         assert!((fall - expected).abs() < 0.2 * free, "{share}: {fall} for {expected}");
     }

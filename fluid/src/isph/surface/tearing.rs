@@ -9,12 +9,12 @@
 //! pulled (unilateral incompressibility: Narain, Golas and Lin 2010 for sand, Gerszewski and Bargteil 2013
 //! for splashes).
 //!
-//! Here the set of particles with `p = 0` is corrected once a step: one whose pressure was below the tensile limit
-//! (by more than [`NOISE`]) in the last step, or that was torn, has a known pressure in this step if it parts, `D
-//! u* > 0`; if it closes, its pressure is unknown again. So tension lasts a step or two, there is no second solve, and
-//! the projection takes energy only, as it does with the known pressures of the surface. Where particles have
-//! parted far enough they are a surface as any ([`surface`](crate::isph::surface::detection)), and a cavity
-//! stays open until the flow closes it.
+//! Here the set of particles with `p = 0` is corrected once a step: one whose pressure was below the tensile
+//! limit (by more than [`NOISE`]) in the last step, or that was torn, has a known pressure in this step if it
+//! parts, `D u* > 0`; if it closes, its pressure is unknown again. So tension lasts a step or two, there is
+//! no second solve, and the projection takes energy only, as it does with the known pressures of the surface.
+//! Where particles have parted far enough they are a surface as any
+//! ([`surface`](crate::isph::surface::detection)), and a cavity stays open until the flow closes it.
 //!
 //! [`Tearing::AtSurface`] asks in addition that air can come in: that the surface, or fluid torn in the last
 //! step, is within reach. Water without air bears pressures below that of the air, 0.1 MPa below it before it
@@ -24,9 +24,10 @@
 //! weight: the one under the dam break's jet grows to about 0.6 × 0.35 m in 0.2 s, where air that is shut in
 //! would be thinned.
 //!
-//! [`Tearing::AtSurface`] is the default; water under tension without air, in a sealed vessel or a vacuum, asks for
-//! [`Tearing::Off`] or for its tensile limit. `docs/fluid.md` has the numbers with and without, and what else was
-//! tried: in a dam break it takes tension to 1/25 to 1/100 at no cost, and the elastic gate's tip goes 6 % farther.
+//! [`Tearing::AtSurface`] is the default; water under tension without air, in a sealed vessel or a vacuum,
+//! asks for [`Tearing::Off`] or for its tensile limit. `docs/fluid.md` has the numbers with and without, and
+//! what else was tried: in a dam break it takes tension to 1/25 to 1/100 at no cost, and the elastic gate's
+//! tip goes 6 % farther.
 
 use crate::isph::options::Tearing;
 use crate::isph::state::State;
@@ -34,8 +35,8 @@ use crate::isph::surface::detection::Surface;
 use crate::particles::class::SurfaceClass;
 use crate::particles::neighbourhood::Neighbourhood;
 
-/// Tension over `ρ u_ref²` beyond the tensile limit from which on fluid tears: what a tank at rest has of it by
-/// noise stays below.
+/// Tension over `ρ u_ref²` beyond the tensile limit from which on fluid tears: what a tank at rest has of it
+/// by noise stays below.
 pub const NOISE: f64 = 0.02;
 
 /// Finds the torn particles: `torn` lists them, and `surface` counts their pressures as known.
