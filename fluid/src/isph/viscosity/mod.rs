@@ -7,7 +7,7 @@
 //! the Laplacian of each component leaves `∂u/∂n = 0` and takes half of it. For a flow without divergence
 //! they are the Laplacian inside.
 //!
-//! Where `h²/16ν` is less than the step, the stage is [`implicit`].
+//! Where `h²/16ν` is less than the step, the stage is implicit ([`ImplicitViscosity`]).
 
 mod friction;
 mod implicit;
