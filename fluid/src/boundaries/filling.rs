@@ -275,7 +275,7 @@ impl<'a, const D: usize> Solids<'a, D> {
     /// Whether a part's solid or surface is at the point (m); a polyline's goes on beyond its ends.
     fn cover(&self, part: usize, point: &Vector<D>) -> bool {
         let shape = &self.parts[part].shape;
-        let distance = shape.surface_point(point).distance;
+        let distance = shape.continued_distance(point);
         let deepest = if matches!(shape, WallShape::Box { .. }) {
             f64::INFINITY
         } else {

@@ -70,29 +70,61 @@ impl<const D: usize> WallShape<D> {
                 best
             }
             Self::Polyline { points, solid } => {
-                // At a corner two pieces are equally near; the one that the point stands more squarely before
-                // has the right sign.
-                let mut best = (f64::INFINITY, 0.0, Vector::zeros());
-                for piece in points.windows(2) {
-                    let along = piece[1] - piece[0];
-                    let s = ((point - piece[0]).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-                    let offset = point - (piece[0] + along * s);
-                    let out = fluid_side(&along, *solid);
-                    let (distance, square) = (offset.norm(), offset.dot(&out));
-                    let tie = (distance - best.0).abs() <= 1e-9 * along.norm();
-                    if (tie && square.abs() > f64::abs(best.1)) || (!tie && distance < best.0) {
-                        best = (distance, square, if distance > 0.0 { offset / distance } else { out });
-                    }
-                }
-                let (distance, square, direction) = best;
-                if square < 0.0 {
-                    SurfacePoint { distance: -distance, normal: -direction }
+                let (nearest, beyond) = nearest_on(points, *solid, point);
+                if beyond {
+                    SurfacePoint { distance: nearest.distance.abs(), normal: nearest.away }
                 } else {
-                    SurfacePoint { distance, normal: direction }
+                    nearest.into()
                 }
             }
         }
     }
+
+    /// The same, but that a polyline's solid goes on beyond its ends.
+    pub fn continued_distance(&self, point: &Vector<D>) -> f64 {
+        match self {
+            Self::Box { .. } => self.surface_point(point).distance,
+            Self::Polyline { points, solid } => nearest_on(points, *solid, point).0.distance,
+        }
+    }
+}
+
+/// The nearest point of a polyline.
+struct Nearest<const D: usize> {
+    /// Distance (m), negative on the solid's side.
+    distance: f64,
+    /// Unit vector from it to the point.
+    away: Vector<D>,
+}
+
+impl<const D: usize> From<Nearest<D>> for SurfacePoint<D> {
+    fn from(nearest: Nearest<D>) -> Self {
+        let Nearest { distance, away } = nearest;
+        Self { distance, normal: if distance < 0.0 { -away } else { away } }
+    }
+}
+
+/// The nearest point of a polyline, and whether `point` (m) is beyond one of its ends: there is no solid
+/// there.
+fn nearest_on<const D: usize>(points: &[Vector<D>], solid: Side, point: &Vector<D>) -> (Nearest<D>, bool) {
+    let (last, closed) = (points.len().saturating_sub(2), points.first() == points.last());
+    // At a corner two pieces are equally near; the one that the point stands more squarely before has the
+    // right sign.
+    let mut best = (f64::INFINITY, 0.0, Vector::zeros(), false);
+    for (k, piece) in points.windows(2).enumerate() {
+        let along = piece[1] - piece[0];
+        let s = (point - piece[0]).dot(&along) / along.norm_squared();
+        let offset = point - (piece[0] + along * s.clamp(0.0, 1.0));
+        let out = fluid_side(&along, solid);
+        let (distance, square) = (offset.norm(), offset.dot(&out));
+        let tie = (distance - best.0).abs() <= 1e-9 * along.norm();
+        if (tie && square.abs() > f64::abs(best.1)) || (!tie && distance < best.0) {
+            let beyond = !closed && (k == 0 && s < 0.0 || k == last && s > 1.0);
+            best = (distance, square, if distance > 0.0 { offset / distance } else { out }, beyond);
+        }
+    }
+    let (distance, square, away, beyond) = best;
+    (Nearest { distance: if square < 0.0 { -distance } else { distance }, away }, beyond)
 }
 
 /// Unit normal of a piece, out of the solid.

@@ -232,3 +232,17 @@ fn water_rests_in_corners_of_every_kind() {
         assert!(speed < 1.5 * between_boxes + 0.005, "{name}: {speed} m/s, between boxes {between_boxes}");
     }
 }
+
+/// Beyond the ends of a polyline there is no solid, on either side of the line.
+#[test]
+fn a_drop_passes_over_the_end_of_a_wall() {
+    let points = [[0.0, 0.0], [0.0, 1.0]].map(Vector::<2>::from).to_vec();
+    let shape = WallShape::Polyline { points, solid: Side::Right };
+    let at = |x: f64, y: f64| shape.surface_point(&[x, y].into());
+    for x in [-0.003, 0.003] {
+        let over = at(x, 1.004);
+        assert!((over.distance - 0.005).abs() < 1e-12, "{x}: {over:?}");
+        assert!((over.normal - Vector::from([x, 0.004]) / 0.005).norm() < 1e-9, "{x}: {over:?}");
+        assert_eq!(at(x, 0.5).distance, -x, "beside it");
+    }
+}
