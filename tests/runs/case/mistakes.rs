@@ -408,9 +408,13 @@ fn nothing_stands_in_the_solid_behind_a_polyline() {
     assert_eq!(behind, [named]);
     // Beyond the end of the wall on the left, which stands on nothing there.
     assert_eq!(found("[[0.0, 0.8], [0.0, 0.0]]", &region("[-0.08, -0.15]", "[-0.02, -0.1]")), [""; 0]);
-    let body = "[[structure.body]]\nname = \"post\"\nbox = { low = [-0.08, -0.15], high = [-0.02, -0.1] }\n";
+    let body = "[[structure.body]]\nname = \"post\"\nbox = { low = [-0.06, -0.11], high = [-0.01, -0.06] }\n";
     let body = found(hook, body);
     assert!(body.iter().any(|line| line.contains("puts the body \"post\" into the solid")), "{body:#?}");
+    // In the open, far behind the wall's particles.
+    let far = "[[structure.body]]\nname = \"post\"\nbox = { low = [-2.08, 0.15], high = [-2.02, 0.2] }\n";
+    let far = found(hook, far);
+    assert!(!far.iter().any(|line| line.contains("into the solid")), "{far:#?}");
 
     let gate = |low: &str, moves: bool| {
         let motion = "motion = { direction = [0.0, 1.0], table = [[0.0, 0.0], [1.0, 1.0]] }\n";

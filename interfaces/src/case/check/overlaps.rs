@@ -66,8 +66,13 @@ pub(super) fn check(file: &Case, findings: &mut Findings) {
     walls_that_move(&walls, &moving, tolerance, findings);
     clamps_in_moving_walls(file, &walls, &moving, tolerance, findings);
     let all_walls = file.fluid.as_ref().map_or(&[][..], |fluid| &fluid.walls);
-    for region in regions.iter().chain(&bodies) {
-        polylines::beside(region, all_walls, tolerance, findings);
+    // A polyline's solid has no other side, but no particles either beyond a few spacings: what fluid is put
+    // into it is a mistake anywhere, a body that stands so far behind is in the open.
+    let filled = file.fluid.as_ref().map_or(0.0, |fluid| polylines::FILLED * fluid.particle_spacing);
+    for (parts, deepest) in [(&regions, f64::INFINITY), (&bodies, filled)] {
+        for part in parts {
+            polylines::beside(part, all_walls, (tolerance, deepest), findings);
+        }
     }
     polylines::walls_that_move(all_walls, tolerance, findings);
     if let Some(fluid) = &file.fluid {

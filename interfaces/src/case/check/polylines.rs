@@ -6,8 +6,17 @@ use crate::case::fluid::Wall;
 use crate::case::geometry::AxisBox;
 use words::geometry::Side;
 
-/// A polyline must not cut a region or a body, and it must lie on its open side.
-pub(super) fn beside(region: &Part<'_>, walls: &[Wall], tolerance: f64, findings: &mut Findings) {
+/// Spacings of the fluid to which a polyline counts as filled behind.
+pub(super) const FILLED: f64 = 4.0;
+
+/// A polyline must not cut a region or a body, and it must lie on its open side or farther than `deepest` (m)
+/// behind.
+pub(super) fn beside(
+    region: &Part<'_>,
+    walls: &[Wall],
+    (tolerance, deepest): (f64, f64),
+    findings: &mut Findings,
+) {
     let cutting = walls.iter().find(|wall| cuts(wall, &region.bounds, tolerance));
     if let Some(wall) = cutting {
         findings.add(
@@ -20,7 +29,8 @@ pub(super) fn beside(region: &Part<'_>, walls: &[Wall], tolerance: f64, findings
     let centre = middle(&region.bounds);
     let nearest = walls.iter().enumerate().filter_map(|(i, wall)| Some((i, nearest(wall, &centre)?)));
     let nearest = nearest.min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance));
-    if let Some((i, _)) = nearest.filter(|(_, nearest)| nearest.solid) {
+    let within = |nearest: &Nearest| nearest.solid && nearest.distance - reach(&region.bounds) < deepest;
+    if let Some((i, _)) = nearest.filter(|(_, nearest)| within(nearest)) {
         findings.add(
             format!("fluid.wall.{i}.solid_side"),
             format!("puts {} into the solid", region.what),
