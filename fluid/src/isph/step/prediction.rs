@@ -43,20 +43,21 @@ impl<const D: usize> Isph<D> {
             (&self.walls, structure),
             &mut s.frictions,
         );
-        // The velocities that friction is by.
-        let rubbing = if viscosity.is_implicit(dt) {
+        // The velocities that friction is by, and what gravity has given when viscosity is half done:
+        // explicit, it comes after it.
+        let (rubbing, fallen) = if viscosity.is_implicit(dt) {
             let forces = (&self.properties.gravity, dt);
             let implicit = &mut s.implicit_viscosity;
             report.viscous_solve =
                 implicit.solve(&input, &s.viscous_factors, &s.frictions, forces, &mut s.viscous);
             require(&report.viscous_solve, "velocity with viscosity", time, viscosity::TOLERANCE)?;
-            &implicit.mean
+            (&implicit.mean, self.properties.gravity * (0.5 * dt))
         } else {
             viscosity::accelerations(&input, &s.viscous_factors, &mut s.viscous);
             for friction in &s.frictions {
                 s.viscous[friction.particle as usize] += friction.acceleration(&accepted.velocities);
             }
-            &accepted.velocities
+            (&accepted.velocities, Vector::zeros())
         };
         s.contact_impulses.clear();
         s.contact_impulses.resize(self.sampling.len(), Vector::zeros());
@@ -80,7 +81,7 @@ impl<const D: usize> Isph<D> {
         report.viscous_work = mass
             * parallel::sum(accepted.len(), |a| {
                 let kick = s.viscous[a] * dt;
-                kick.dot(&(accepted.velocities[a] + kick * 0.5))
+                kick.dot(&(accepted.velocities[a] + kick * 0.5 + fallen))
             });
         let near = &s.neighbourhood.walls;
         self.walls.velocities_across(&accepted.positions, near, &mut s.wall_velocities);

@@ -113,11 +113,11 @@ pub fn eddy_viscosity<const D: usize>(gradient: &Matrix<D>, smagorinsky: f64, fi
 /// ν (m²/s), the sub-particle-scale one included, and in the pairs of Monaghan and Gingold `4 (D + 2) c ν`
 /// (1/s), `c` (1/m²) being that of their weight `w = c r² stiffness`.
 ///
-/// Any weight of the distance will do, if `½ Σ w x² = 1`. With the Laplacian's own, `w = stiffness`, the
-/// viscosity along the axes of a lattice of h = 1.2 Δx is 0.80 of that between them; with `r² stiffness` it
-/// is 0.975 in two dimensions and 1.009 in three. `c = Σ stiffness r²/Σ stiffness r⁴` makes `Σ w r²` what it
-/// is for the Laplacian, however particles lie and however many are missing; with that of the lattice,
-/// vortices lose a tenth too much at any resolution once they have drawn particles into rows.
+/// Any weight of the distance will do, if `½ Σ w x² = 1`. With the Laplacian's own, `w = stiffness`, a shear
+/// along the axes of a lattice of h = 1.2 Δx meets 0.80 of the viscosity; with `r² stiffness` 0.975 in two
+/// dimensions and 1.009 in three. `c = Σ stiffness r²/Σ stiffness r⁴` makes `Σ w r²` what it is for the
+/// Laplacian, however particles lie and however many are missing; with that of the lattice, vortices lose a
+/// tenth too much at any resolution once they have drawn particles into rows.
 pub fn factors<const D: usize>(input: &ViscousInput<'_, D>, out: &mut Vec<f64>) {
     let Viscosity { laminar, smagorinsky, smoothing_length, operator, .. } = input.viscosity;
     out.resize(input.velocities.len(), 0.0);
