@@ -3,7 +3,7 @@
 use super::life::{Given, Life, UNTOUCHED};
 use super::{Check, Suite};
 use crate::stand_in::bits;
-use interfaces::{Exchange, Fields, Participant};
+use interfaces::{Exchange, Fields, Participant, Readiness, Scalar, ScalarKind};
 
 /// The description is the same for every participant of the case, and does not change.
 pub(super) fn one_description(suite: &Suite) -> Check {
@@ -29,7 +29,8 @@ pub(super) fn initialization(suite: &Suite) -> Check {
         given.push((life.outputs.clone(), ready));
     }
     let (first, second) = (&given[0], &given[1]);
-    if first.1 != second.1 {
+    let ready = |ready: &Readiness| Given::new(Vec::new(), ready.window_limit, &ready.scalars);
+    if ready(&first.1).same_as(&ready(&second.1), "initialised").is_err() {
         return Err("two participants of the case are ready with different scalars or limits".to_owned());
     }
     for ((port, one), (_, other)) in first.0.iter().zip(second.0.iter()) {
@@ -158,7 +159,11 @@ fn report(life: &Life, scalars: &[f64], window_limit: f64) -> Check {
         let (found, expected) = (scalars.len(), described.len());
         return Err(format!("it reports {found} scalars where it described {expected}"));
     }
-    if let Some((scalar, value)) = described.iter().zip(scalars).find(|(_, v)| !v.is_finite()) {
+    let wrong = |(scalar, value): &(&Scalar, &f64)| {
+        let nothing_to_read = scalar.kind == ScalarKind::Probe && value.is_nan();
+        !value.is_finite() && !nothing_to_read
+    };
+    if let Some((scalar, value)) = described.iter().zip(scalars).find(wrong) {
         return Err(format!("scalar `{}` is {value}", scalar.name));
     }
     if window_limit.is_nan() || window_limit <= 0.0 {
