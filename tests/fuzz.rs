@@ -11,6 +11,7 @@ use coupler::schemes::{Coupled, Onward, Pair, Run};
 use coupler::side::Side;
 use interfaces::case::Case;
 use interfaces::case::coupling::StructureVelocity;
+use interfaces::case::participant::Start;
 use interfaces::protocol::{Hello, Kind, MessageHeader, Payload, packed};
 use interfaces::remote::Listening;
 use interfaces::transport::{Connection, Deadlines, WithinProcess};
@@ -82,6 +83,15 @@ fn all(count: u64, seed: u64, one: fn(&mut Random)) {
     assert!(wrong.is_empty(), "{wrong:#?}");
     let peak = coupler::launch::peak_memory_bytes(None);
     assert!(peak < MEMORY, "{} MB", peak >> 20);
+}
+
+#[test]
+fn what_is_mutated_is_sound() {
+    let sections = [fluid::participant::SECTIONS, structure::participant::SECTIONS];
+    for text in CASES {
+        let case = Case::parse(text, Path::new("case.toml"), &[], &sections);
+        begin(&case.unwrap_or_else(|errors| panic!("{errors}")));
+    }
 }
 
 #[test]
@@ -172,7 +182,18 @@ fn a_case(random: &mut Random) {
     if particles > 2e4 || walls / least > 1e4 || too_large(&case) {
         return;
     }
+    preview(&case);
     begin(&case);
+}
+
+/// What `meniscus check` asks of a sound case.
+fn preview(case: &Case) {
+    if case.start(Role::Fluid) == Some(Start::Own) {
+        let _ = (fluid::participant::preview(case), fluid::participant::time_steps(case));
+    }
+    if case.start(Role::Structure) == Some(Start::Own) {
+        let _ = (structure::participant::preview(case), structure::participant::largest_window(case));
+    }
 }
 
 fn too_large(case: &Case) -> bool {
@@ -253,7 +274,7 @@ fn mutate(value: &mut Value, random: &mut Random) {
     }
 }
 
-const CASES: [&str; 3] = [
+const CASES: [&str; 4] = [
     r#"
 [case]
 title = "Column on a plate"
@@ -364,6 +385,50 @@ velocity = [0.0, 0.1, 0.0]
 name = "root"
 body = "beam"
 face = "left"
+"#,
+    r#"
+[case]
+title = "Light block in oil"
+dimension = 2
+end_time = 0.002
+output_interval = 0.001
+gravity = [0.0, -9.81]
+particle_spacing = 0.02
+[fluid]
+density = 900.0
+kinematic_viscosity = 0.1
+domain = { low = [-0.1, -0.1], high = [0.5, 0.5] }
+numerics = { tearing = "at-surface", tensile_limit = 0.0, smagorinsky = 0.1, artificial_viscosity = 0.1 }
+[[fluid.region]]
+name = "oil"
+box = { low = [0.0, 0.0], high = [0.4, 0.2] }
+[[fluid.wall]]
+name = "tank"
+polyline = [[0.0, 0.4], [0.0, 0.0], [0.4, 0.0], [0.4, 0.4]]
+solid_side = "right"
+slip = "no-slip"
+[structure]
+particle_spacing = 0.01
+numerics = { gradient = "first-order", smoothing_ratio = 1.2, hourglass = 0.05, damping = 1.0, step_fraction = 0.5 }
+[structure.material]
+law = "neo-hookean"
+youngs_modulus = 1e5
+poisson_ratio = 0.3
+density = 500.0
+[[structure.body]]
+name = "block"
+box = { low = [0.1, 0.2], high = [0.2, 0.26] }
+[coupling]
+scheme = "serial-implicit"
+max_window = 1e-3
+sub_steps = "stable"
+extrapolation = 1
+acceleration = { method = "iqn-ils" }
+convergence = { relative = 1e-3, max_iterations = 5 }
+[[probe]]
+name = "block"
+on = "structure"
+quantity = "force"
 "#,
 ];
 

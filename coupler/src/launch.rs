@@ -207,13 +207,16 @@ pub fn cpu_seconds(process: Option<u32>) -> f64 {
 /// The last line that says something; of a panic of Rust its place and its words.
 fn last_words(log: &str) -> Option<String> {
     let lines: Vec<&str> = log.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
-    let panic = lines.iter().rposition(|line| line.starts_with("thread '") && line.contains("panicked at"));
-    let words = match panic {
-        // What follows the panic are its words, a note, a backtrace.
-        Some(at) if lines[at..].iter().any(|line| line.contains("RUST_BACKTRACE")) => {
-            lines[at..].iter().take(2).map(|line| line.trim_end_matches(':')).collect::<Vec<_>>().join(": ")
+    // After the reason come a note about it and a backtrace.
+    let note = lines.iter().rposition(|line| line.starts_with("note: ") && line.contains("RUST_BACKTRACE"));
+    let before = note.map_or(&lines[..], |note| &lines[..note]);
+    let panic = before.iter().rposition(|line| line.starts_with("thread '") && line.contains("panicked at"));
+    let words = match (note, panic) {
+        (Some(_), Some(at)) => {
+            before[at..].iter().take(2).map(|line| line.trim_end_matches(':')).collect::<Vec<_>>().join(": ")
         }
-        _ => (*lines.last()?).to_owned(),
+        (Some(_), None) => (*before.last()?).to_owned(),
+        (None, _) => (*lines.last()?).to_owned(),
     };
     Some(tame(&words, LAST_WORDS))
 }
@@ -296,6 +299,11 @@ mod tests {
         let said = "thread 'main' (77) panicked at src/a.rs:3:5: index out of bounds";
         for (log, words) in [
             (panic, Some(said)),
+            (
+                "step 1\nmemory allocation of 11885772240 bytes failed\n\
+                 note: run with `RUST_BACKTRACE=1` environment variable to display a backtrace\n",
+                Some("memory allocation of 11885772240 bytes failed"),
+            ),
             ("error: \u{1b}[31mno\0\n\n", Some("error: \u{fffd}[31mno\u{fffd}")),
             ("\n \n", None),
         ] {

@@ -294,3 +294,14 @@ fn callable(case: &Case, options: &Options) -> Result<(), RunError> {
         _ => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_of_the_coupler_ends_a_run_in_words() {
+        let error = caught(|| -> Result<(), RunError> { panic!("capacity overflow") }).unwrap_err();
+        assert!(error.to_string().starts_with("the coupler panicked: capacity overflow"), "{error}");
+    }
+}

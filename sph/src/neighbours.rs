@@ -125,10 +125,15 @@ impl NeighbourList {
     }
 }
 
-/// Points binned into cubic cells as wide as the search radius.
+/// Cells of a grid at most, besides some for each point: more are for few points far from each other, or a
+/// radius far under their distance.
+const CELLS: f64 = 1.6e7;
+
+/// Points binned into cubic cells as wide as the search radius; wider where there would be too many.
 #[derive(Clone, Debug)]
 pub struct CellGrid<const D: usize> {
     radius: f64,
+    width: f64,
     origin: Vector<D>,
     counts: [usize; D],
     starts: Vec<u32>,
@@ -148,8 +153,16 @@ impl<const D: usize> CellGrid<D> {
         if points.is_empty() {
             (low, high) = (Vector::zeros(), Vector::zeros());
         }
-        let counts: [usize; D] = std::array::from_fn(|i| ((high[i] - low[i]) / radius) as usize + 1);
-        let mut grid = Self { radius, origin: low, counts, starts: Vec::new(), members: Vec::new() };
+        let counts = |width: f64| -> [usize; D] {
+            std::array::from_fn(|i| (((high[i] - low[i]) / width) as usize).saturating_add(1))
+        };
+        let most = CELLS + 16.0 * points.len() as f64;
+        let mut width = radius;
+        while counts(width).iter().map(|count| *count as f64).product::<f64>() > most {
+            width *= 2.0;
+        }
+        let counts = counts(width);
+        let mut grid = Self { radius, width, origin: low, counts, starts: Vec::new(), members: Vec::new() };
         let cells: usize = counts.iter().product();
         let mut starts = vec![0u32; cells + 1];
         let bins: Vec<u32> = points.par_iter().with_min_len(1024).map(|p| grid.bin(p) as u32).collect();
@@ -177,7 +190,7 @@ impl<const D: usize> CellGrid<D> {
     fn bin(&self, point: &Vector<D>) -> usize {
         let mut bin = 0;
         for i in (0..D).rev() {
-            let k = ((point[i] - self.origin[i]) / self.radius) as usize;
+            let k = ((point[i] - self.origin[i]) / self.width) as usize;
             bin = bin * self.counts[i] + k.min(self.counts[i] - 1);
         }
         bin
@@ -227,7 +240,7 @@ impl<const D: usize> CellGrid<D> {
         let mut low = [0usize; D];
         let mut high = [0usize; D];
         for i in 0..D {
-            let k = ((query[i] - self.origin[i]) / self.radius).floor() as i64;
+            let k = ((query[i] - self.origin[i]) / self.width).floor() as i64;
             let last = self.counts[i] as i64 - 1;
             if k < -1 || k > last + 1 {
                 return;
@@ -269,6 +282,26 @@ mod tests {
             (seed >> 33) as f64 / (1u64 << 31) as f64
         };
         (0..count).map(|_| Vector::from_fn(|_, _| next())).collect()
+    }
+
+    /// Cells are as many as fit in memory, whatever the radius and wherever a point flew.
+    #[test]
+    fn cells_are_bounded() {
+        for (radius, far) in [(1e-9, 0.0), (1e-300, 0.0), (0.1, 1e9), (0.1, 1e300)] {
+            let mut points = scattered::<2>(40);
+            points.push(Vector::repeat(far));
+            let grid = CellGrid::new(&points, radius);
+            assert!(grid.starts.len() as f64 <= CELLS + 16.0 * 41.0 + 1.0, "{radius} {far}");
+            let near = |i: usize| {
+                let mut count = 0;
+                grid.for_each_near(&points[i], &points, |_| count += 1);
+                count
+            };
+            let pairs = |i: usize| {
+                points.iter().filter(|q| (0.0..radius).contains(&(*q - points[i]).norm())).count() - 1
+            };
+            assert!((0..41).all(|i| near(i) == pairs(i)), "{radius} {far}");
+        }
     }
 
     fn agrees_with_all_pairs<const D: usize>() {

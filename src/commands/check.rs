@@ -19,6 +19,8 @@ use std::time::{Duration, Instant};
 const PROBE: Duration = Duration::from_secs(20);
 /// Bytes of what a unit says that are kept.
 const WORDS: usize = 1 << 16;
+/// Windows of a run at most: those of 30 years at 100 a second.
+const MOST_WINDOWS: f64 = 1e11;
 /// How long the start of a run is measured.
 const MEASURED: Duration = Duration::from_secs(4);
 
@@ -44,7 +46,9 @@ pub fn check(arguments: &Check) -> ExitCode {
         }
     }
     let windows = if mistakes.is_empty() { expected_windows(&case) } else { None };
-    if let Some([least, most]) = windows {
+    if let Some(Windows { least, limit, .. }) = windows.filter(|windows| windows.least > MOST_WINDOWS) {
+        mistakes.push(format!("{limit} asks for {least:.1e} windows, and {MOST_WINDOWS:.0e} never end"));
+    } else if let Some(Windows { least, most, .. }) = windows {
         let range = if most > least {
             format!(
                 "{least:.0} (as slow as at the start) to {most:.0} (at twice characteristic_speed throughout)"
@@ -189,29 +193,46 @@ pub fn probe_fmu(case: &Case, role: Role) -> Result<(), String> {
 /// Windows of the run at least and at most, as far as our own solvers tell: a fluid that stays as fast as it
 /// is at the start, and one that goes at twice its characteristic speed. Nothing where a solver of another
 /// make may ask for shorter ones.
-fn expected_windows(case: &Case) -> Option<[f64; 2]> {
+fn expected_windows(case: &Case) -> Option<Windows> {
     if sides(case).any(|(_, start)| start != Start::Own) {
         return None;
     }
     let general = &case.general;
-    let mut longest = general.output_interval;
+    let mut limits = vec![("case.output_interval", general.output_interval)];
     if let Some(coupling) = &case.coupling {
-        longest = longest.min(coupling.max_window);
+        limits.push(("coupling.max_window", coupling.max_window));
     }
     if case.structure.is_some() {
-        longest = longest.min(structure::participant::largest_window(case).ok()?.unwrap_or(f64::INFINITY));
+        let largest = structure::participant::largest_window(case).ok()?;
+        limits.push((
+            "structure: its stable sub-step, by its material, spacing and numerics.step_fraction,",
+            largest.unwrap_or(f64::INFINITY),
+        ));
     }
-    let steps = match case.fluid {
-        Some(_) => fluid::participant::time_steps(case).ok()?,
-        None => [longest; 2],
-    };
+    let mut fastest = f64::INFINITY;
+    if case.fluid.is_some() {
+        let [slow, fast] = fluid::participant::time_steps(case).ok()?;
+        limits.push(("fluid: its time step, by its speed, gravity, spacing and max_time_step,", slow));
+        fastest = fast;
+    }
+    let (limit, longest) = limits.into_iter().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
     // A window ends with every output: as many of one size as fit between two.
     let outputs = (general.end_time / general.output_interval).ceil();
-    Some(steps.map(|step| outputs * (general.output_interval / step.min(longest) - 1e-9).ceil()))
+    let count = |step: f64| outputs * (general.output_interval / step - 1e-9).ceil();
+    Some(Windows { least: count(longest), most: count(longest.min(fastest)), limit })
+}
+
+/// Windows of a run.
+#[derive(Clone, Copy)]
+struct Windows {
+    least: f64,
+    most: f64,
+    /// What in the case makes them so many.
+    limit: &'static str,
 }
 
 /// Runs the case's beginning, and says what the whole would take: so many windows at that pace.
-fn measure(case: &Case, windows: Option<[f64; 2]>) -> Result<String, String> {
+fn measure(case: &Case, windows: Option<Windows>) -> Result<String, String> {
     let folder = Scratch::new()?;
     let executable = std::env::current_exe().map_err(|error| error.to_string())?;
     let stop = Arc::new(AtomicBool::new(false));
@@ -252,7 +273,7 @@ fn measure(case: &Case, windows: Option<[f64; 2]>) -> Result<String, String> {
         .map_or(0.0, |(_, seconds)| seconds);
     let each = (wall - starting) / solved as f64;
     let whole = match windows {
-        Some([least, most]) if most > least => {
+        Some(Windows { least, most, .. }) if most > least => {
             format!(
                 "{} to {} s for as many windows",
                 short(starting + each * least),

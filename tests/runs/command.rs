@@ -225,6 +225,9 @@ fn a_mock_stands_on_either_side_of_a_solver() {
     let outputs = bench.outputs("rigid");
     let probes = outputs.table("probes.csv");
     assert!(probes.get("tank.fx").is_some() && probes.get("tip.ux").is_none());
+    // The first row is the state at the start with its pressure: the bed carries the water's weight.
+    let carried = probes.get("tank.fy").expect("a probe of the fluid");
+    assert!((carried[0] / carried[1] - 1.0).abs() < 0.2 && carried[0] < -10.0, "{:?}", &carried[..2]);
 
     // A constant load on the real structure: 100 kPa/m on 0.005 m x 0.079 m push with 39.5 N, and with as
     // much for their length on the three rows that are fixed above, of 0.079 m/32 each.
@@ -508,6 +511,17 @@ fn check_and_run_agree_on_what_cannot_start() {
             assert!(ended.errors.contains(&named), "{}", ended.errors);
             assert!(!ended.text.contains("no mistakes"), "{}", ended.text);
         }
+    }
+    for (setting, limit) in [
+        ("structure.material.youngs_modulus=1e30", "structure: its stable sub-step"),
+        ("structure.material.density=1e-30", "structure: its stable sub-step"),
+        ("structure.numerics.step_fraction=1e-20", "structure: its stable sub-step"),
+        ("case.gravity=[0.0, -1e30]", "fluid: its time step"),
+    ] {
+        let ended = bench.call(&["check", &folder, "--set", setting]);
+        assert_eq!(ended.status.code(), Some(2), "{setting}: {}", ended.text);
+        assert!(ended.errors.contains(limit) && ended.errors.contains("never end"), "{}", ended.errors);
+        assert!(!ended.text.contains("no mistakes"), "{}", ended.text);
     }
     let ended = bench.call(&["check", &folder, "--time", "--end-time", "0.01"]);
     assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);

@@ -417,6 +417,74 @@ fn a_full_disk_leaves_whole_tables_of_one_length_and_a_summary() {
     assert!(!out.join(".room").exists());
 }
 
+/// A file system that is full, and a structure with probes: its table is cut where that of the windows is.
+#[test]
+fn a_full_file_system_cuts_the_probes_where_it_cuts_the_windows() {
+    let bench = Bench::new();
+    let (small, out) = (bench.path("small"), bench.path("out"));
+    std::fs::create_dir(&small).expect("a folder");
+    let load = format!("[\"{}\", \"mock\", \"constant\", \"gradient=-1e5,0\"]", crate::support::MENISCUS);
+    let command = format!(
+        "mount -t tmpfs -o size=600k tmpfs {0} || exit 77
+         {1} run {2} --out {0}/out --set 'fluid.participant.command={load}' \
+             --set coupling.max_window=2e-6 --set coupling.sub_steps=1
+         ended=$?; cp -r {0}/out {3}; exit $ended",
+        small.display(),
+        crate::support::MENISCUS,
+        COARSE.join(" "),
+        out.display()
+    );
+    let mut shell = std::process::Command::new("unshare");
+    shell.args(["-m", "sh", "-c", &command]).env("MENISCUS_DOMAIN", &bench.domain);
+    shell.current_dir(env!("CARGO_MANIFEST_DIR"));
+    let ended = Running::spawn(shell, &bench.path("printed")).wait();
+    if ended.status.code() == Some(77) || ended.errors.contains("unshare failed") {
+        eprintln!("not looked at: no file system can be mounted here");
+        return;
+    }
+    let outputs = failed_in_order(&bench, "out", &ended, &["No space left on device"]);
+    let (windows, probes) = (outputs.table("windows.csv"), outputs.table("probes.csv"));
+    assert!(windows.rows() > 100, "{}", windows.rows());
+    assert_eq!(probes.rows(), windows.rows() + 1, "one more for the start");
+    for (file, table, time) in [("windows.csv", &windows, "time"), ("probes.csv", &probes, "t")] {
+        let text = std::fs::read_to_string(out.join(file)).expect("a table");
+        assert!(text.ends_with('\n'), "{file} ends with {:?}", text.lines().last());
+        let last = table.get(time).and_then(|column| column.last()).expect("rows");
+        assert!((last - 2e-6 * windows.rows() as f64).abs() < 1e-9, "{file}: {last}");
+    }
+    assert!(outputs.summary().windows >= windows.rows() as u64);
+}
+
+/// Who takes the folder away from under a run is told that there is no summary.
+#[test]
+fn a_folder_that_vanishes_is_told() {
+    let bench = Bench::new();
+    let run = bench.start_run("out", &[&COARSE, ["--set", "case.end_time=1.0"].as_slice()].concat());
+    let out = bench.path("out");
+    until("rows", || std::fs::metadata(out.join("windows.csv")).is_ok_and(|it| it.len() > 0).then_some(()));
+    std::fs::remove_dir_all(&out).expect("the folder");
+    let ended = run.wait();
+    assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
+    assert!(ended.errors.contains("summary.json"), "{}", ended.errors);
+}
+
+/// What another user planted where the domain's folder has to be ends the run in words, and is left as it is.
+#[test]
+fn a_planted_folder_ends_the_run_in_words() {
+    let bench = Bench::new();
+    let root = interfaces::Address::new("any", Role::Fluid).in_domain(&bench.domain).root();
+    let elsewhere = bench.path("elsewhere");
+    std::fs::create_dir(&elsewhere).expect("a folder");
+    std::os::unix::fs::symlink(&elsewhere, &root).expect("a link");
+    let started = Instant::now();
+    let ended = bench.start_run("out", &COARSE).wait();
+    let took = started.elapsed();
+    std::fs::remove_file(&root).expect("the link");
+    failed_in_order(&bench, "out", &ended, &[&root, "a symbolic link"]);
+    assert!(took < Duration::from_secs(20), "{took:?}");
+    assert_eq!(std::fs::read_dir(&elsewhere).expect("the folder").count(), 0);
+}
+
 /// The shared memory of a container that is nearly full, of a few sizes; only root can have one of its own.
 #[test]
 fn shared_memory_that_is_full_is_named_with_its_size() {
@@ -461,6 +529,38 @@ fn whoever_outlives_a_killed_coupler_is_ended() {
         until("its end", || gone(process).then_some(()));
     }
     until("an empty shared memory", || bench.left().is_empty().then_some(()));
+}
+
+/// Our own structure in one window of a million sub-steps, which lets nobody wait for it.
+#[test]
+fn a_long_window_does_not_outlive_a_killed_coupler() {
+    let bench = Bench::new();
+    let long = ["--set", "coupling.sub_steps=1000000", "--set", "coupling.prediction=false"];
+    let run = bench.start_run("out", &[&COARSE, long.as_slice()].concat());
+    let others = [Role::Fluid, Role::Structure].map(|role| run.participant(role));
+    run.signal(Signal::KILL);
+    let killed = Instant::now();
+    for process in others {
+        until("its end", || gone(process).then_some(()));
+    }
+    assert!(killed.elapsed() < Duration::from_secs(10), "{:?}", killed.elapsed());
+    until("an empty shared memory", || bench.left().is_empty().then_some(()));
+}
+
+/// Who interrupts a run ends what a program of another make has started, too.
+#[test]
+fn an_interrupt_reaches_what_a_command_started() {
+    let bench = Bench::new();
+    let number = bench.path("number");
+    let script = format!("sleep 300 & echo $! > {}; exec sleep 300", number.display());
+    let setting = format!("structure.participant={{ command = [\"sh\", \"-c\", \"{script}\"] }}");
+    let run = bench.start_run("out", &[&COARSE, ["--set", &setting].as_slice()].concat());
+    let grandchild = until("the grandchild", || {
+        Pid::from_raw(std::fs::read_to_string(&number).ok()?.trim().parse().ok()?)
+    });
+    run.signal(Signal::INT);
+    assert_ne!(run.wait().status.code(), Some(0));
+    until("its end", || gone(grandchild).then_some(()));
 }
 
 /// A program of another make is started by a process that becomes it when the coupler says so, after its

@@ -144,6 +144,8 @@ impl BaseUnit {
             "Pa" => [1, -1, -2, 0],
             "Pa/m" => [1, -2, -2, 0],
             "N" => [1, 1, -2, 0],
+            "J" => [1, 2, -2, 0],
+            "s" => [0, 0, 1, 0],
             _ => return None,
         };
         let fits = self.exponents == exponents && self.offset == 0.0;

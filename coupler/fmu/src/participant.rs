@@ -33,7 +33,7 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
     let unpacked = archive.unpack(&described, &out.join(format!("{role}_fmu")))?;
     let instance = instantiate(&described, &unpacked, unit.file)?;
     let snapshots = (role == Role::Structure).then(|| Series::create(out, "structure")).transpose()?;
-    let mut scalars: Vec<Scalar> = wiring.records.iter().map(|(scalar, _)| scalar.clone()).collect();
+    let mut scalars: Vec<Scalar> = wiring.records.iter().map(|record| record.scalar.clone()).collect();
     scalars.push(
         Scalar::new(END_REQUESTED, "1", ScalarKind::Balance).meaning("whether the unit asks for the end"),
     );
@@ -99,7 +99,7 @@ pub fn preview(case: &Case, role: Role) -> Result<Vec<(String, String)>, Error> 
         let points = port.points.map_or(String::new(), |points| format!("{points} points, "));
         lines.push((format!("{arrow} {}", port.name), format!("{points}{how}")));
     }
-    let records: Vec<&str> = wiring.records.iter().map(|(scalar, _)| scalar.name.as_str()).collect();
+    let records: Vec<&str> = wiring.records.iter().map(|record| record.scalar.name.as_str()).collect();
     lines.push(("records".to_owned(), records.join(", ")));
     lines.extend(wiring.notes.into_iter().map(|note| ("note".to_owned(), note)));
     Ok(lines)
@@ -214,8 +214,12 @@ impl UnitParticipant {
 
     fn scalars(&mut self, ended: Stepped) -> Result<Vec<f64>> {
         let instance = self.instance.as_mut().expect("the table of legal calls puts nothing after terminate");
-        let read = self.wiring.records.iter().map(|(_, variable)| instance.number(variable).map_err(failed));
-        let mut scalars = read.collect::<Result<Vec<f64>, _>>()?;
+        let read = self
+            .wiring
+            .records
+            .iter()
+            .map(|record| Ok(record.factor * instance.number(&record.variable).map_err(failed)?));
+        let mut scalars = read.collect::<Result<Vec<f64>>>()?;
         scalars.push(f64::from(u8::from(ended == Stepped::EndRequested)));
         Ok(scalars)
     }
@@ -223,9 +227,9 @@ impl UnitParticipant {
     /// Largest next step (s). Where the unit names none, any will do; so will it where it names the largest
     /// number there is.
     fn window_limit(&mut self) -> Result<f64> {
-        let Some(variable) = self.wiring.window_limit.clone() else { return Ok(f64::INFINITY) };
+        let Some((variable, factor)) = self.wiring.window_limit.clone() else { return Ok(f64::INFINITY) };
         let limit = self.instance().number(&variable).map_err(failed)?;
-        Ok(if limit == f64::MAX { f64::INFINITY } else { limit })
+        Ok(if limit == f64::MAX { f64::INFINITY } else { factor * limit })
     }
 
     fn write_snapshot(&mut self) -> Result<()> {

@@ -19,15 +19,26 @@ pub struct Wiring {
     /// The ports, and where their values are.
     pub wires: Vec<Wire>,
     /// What is recorded.
-    pub records: Vec<(Scalar, Variable)>,
-    /// Tells the largest next step (s).
-    pub window_limit: Option<Variable>,
+    pub records: Vec<Record>,
+    /// Tells the largest next step, and what it has to be multiplied by to be in seconds.
+    pub window_limit: Option<(Variable, f64)>,
     /// Tells how many sub-steps the last step had.
     pub sub_steps: Option<Variable>,
     /// What to set before initialisation.
     pub parameters: Vec<(Variable, ParameterValue)>,
     /// What looks odd and may be meant, one line each.
     pub notes: Vec<String>,
+}
+
+/// A scalar and what is behind it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// What is reported.
+    pub scalar: Scalar,
+    /// Where its value is.
+    pub variable: Variable,
+    /// What that has to be multiplied by to be in the scalar's unit.
+    pub factor: f64,
 }
 
 /// A port and what is behind it.
@@ -112,7 +123,7 @@ pub fn wire(unit: Unit<'_>, description: &Description, case: &Case, role: Role) 
     let parameters = plan.parameters();
     let wires = plan.wires(case.general.dimension);
     let records = plan.records(&case.probes, case.general.dimension);
-    let window_limit = plan.number("window_limit", unit.variables.window_limit.as_deref(), "largest_step");
+    let window_limit = plan.window_limit();
     let sub_steps = plan.number("sub_steps", unit.variables.sub_steps.as_deref(), "steps_taken");
     plan.check_state(case);
     plan.note_mapping(&wires, case);
@@ -269,29 +280,56 @@ impl Plan<'_> {
         Some(points)
     }
 
-    fn records(&mut self, probes: &[Probe], dimension: usize) -> Vec<(Scalar, Variable)> {
-        let mut records: Vec<(Scalar, Variable)> = Vec::new();
+    fn records(&mut self, probes: &[Probe], dimension: usize) -> Vec<Record> {
+        let mut records: Vec<Record> = Vec::new();
         let of_case = ENERGIES.map(|name| Scalar::new(name, "J", ScalarKind::Balance));
-        let is_mine = |probe: &&Probe| probe.is_on_structure() == (self.role == Role::Structure);
+        let on_structure = self.role == Role::Structure;
+        let is_mine = |probe: &&Probe| probe.is_on_structure() == on_structure;
         let of_probes = probes.iter().filter(is_mine).flat_map(|probe| probe.scalars(dimension));
         for scalar in of_case.into_iter().chain(of_probes) {
             let variable = self.description.variable(&scalar.name).filter(|variable| is_number(variable));
             if variable.is_none() && scalar.kind == ScalarKind::Probe {
                 self.notes.push(format!("the case's probe `{}` is none of its variables", scalar.name));
             }
-            records.extend(variable.map(|variable| (scalar, variable.clone())));
+            records.extend(variable.cloned().map(|variable| self.record(scalar, variable)));
         }
         let key = self.key("record");
         for name in self.unit.record {
             let Some(variable) = self.variable(&key, name) else { continue };
             if !is_number(&variable) {
                 self.mismatches.push(format!("{key}: `{name}` is no number"));
-            } else if records.iter().all(|(scalar, _)| scalar.name != *name) {
+            } else if records.iter().all(|record| record.scalar.name != *name) {
                 let unit = variable.unit.clone().unwrap_or_else(|| "1".to_owned());
-                records.push((Scalar::new(name, &unit, ScalarKind::Balance), variable));
+                let scalar = Scalar::new(name, &unit, ScalarKind::Balance);
+                records.push(Record { scalar, variable, factor: 1.0 });
             }
         }
         records
+    }
+
+    /// A variable that is recorded in the scalar's unit; in its own where it cannot be, which is noted.
+    fn record(&mut self, scalar: Scalar, variable: Variable) -> Record {
+        match self.factor_to(&scalar.unit, &variable) {
+            Ok(factor) => Record { scalar, variable, factor },
+            Err(what) => {
+                self.notes.push(format!("{what}: it is recorded as it is"));
+                let unit = variable.unit.clone().unwrap_or_default();
+                Record { scalar: Scalar { unit, ..scalar }, variable, factor: 1.0 }
+            }
+        }
+    }
+
+    fn window_limit(&mut self) -> Option<(Variable, f64)> {
+        let variable =
+            self.number("window_limit", self.unit.variables.window_limit.as_deref(), "largest_step")?;
+        match self.factor_to("s", &variable) {
+            Ok(factor) => Some((variable, factor)),
+            Err(what) => {
+                let key = self.key("variables.window_limit");
+                self.mismatches.push(format!("{key}: {what}"));
+                None
+            }
+        }
     }
 
     /// A number that the unit tells.

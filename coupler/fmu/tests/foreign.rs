@@ -255,6 +255,31 @@ fn units_are_converted_or_refused() {
     }
 }
 
+/// What is recorded and what limits windows is in SI units as well, or told with its own.
+#[test]
+fn records_and_the_limit_of_windows_are_converted() {
+    let definitions = r#"<Unit name="kJ"><BaseUnit kg="1" m="2" s="-2" factor="1000"/></Unit><Unit name="ms"><BaseUnit s="1" factor="1e-3"/></Unit><Unit name="K"><BaseUnit K="1"/></Unit>"#;
+    let scalar = |name: &str, reference: u32, unit: &str| {
+        format!(r#"<Float64 name="{name}" valueReference="{reference}" causality="output" unit="{unit}"/>"#)
+    };
+    let variables = |limit: &str| {
+        vectors("", "", "")
+            + &scalar("kinetic_energy", 4, "kJ")
+            + &scalar("strain_energy", 5, "K")
+            + &scalar("largest_step", 6, limit)
+    };
+    let wiring = wired(definitions, &variables("ms")).unwrap();
+    let record = |name: &str| {
+        let record = wiring.records.iter().find(|record| record.scalar.name == name).unwrap();
+        (record.factor, record.scalar.unit.as_str())
+    };
+    assert_eq!((record("kinetic_energy"), record("strain_energy")), ((1e3, "J"), (1.0, "K")));
+    assert!(wiring.notes.iter().any(|note| note.contains("it is recorded as it is")), "{:?}", wiring.notes);
+    assert_eq!(wiring.window_limit.unwrap().1, 1e-3);
+    let error = wired(definitions, &variables("K")).unwrap_err();
+    assert!(error.contains("variables.window_limit: `largest_step` is in `K`"), "{error}");
+}
+
 #[test]
 fn variables_that_would_lose_a_value_or_claim_too_much_are_refused() {
     let twice = vectors("", "", "") + r#"<Float64 name="force" valueReference="9"/>"#;

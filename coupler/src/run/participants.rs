@@ -24,6 +24,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
+use words::text::tame;
 
 /// Makes a participant in this process.
 pub type Build<'a> = dyn Fn(Role) -> Result<Box<dyn Participant>> + 'a;
@@ -220,7 +221,7 @@ impl Participants {
                     "waiting for the {role}; start it with MENISCUS_RUN={} {FOLDER}={} MENISCUS_CASE={} MENISCUS_CASE_HASH={hash}, for example before `meniscus {role}`",
                     address.connect(),
                     address.root(),
-                    case.display()
+                    tame(&case.display().to_string(), usize::MAX)
                 );
                 return Ok(());
             }

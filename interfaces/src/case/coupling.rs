@@ -273,7 +273,7 @@ pub(super) fn schema() -> Json {
 #[serde(untagged)]
 pub enum SubStepsKey {
     /// Number of sub-steps in a window.
-    Count(#[schemars(extend("minimum" = 1))] u32),
+    Count(#[schemars(extend("minimum" = 1, "maximum" = 1_000_000))] u32),
     /// A word.
     Word(SubStepsWord),
 }

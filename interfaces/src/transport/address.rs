@@ -75,15 +75,19 @@ impl Address {
     /// where the environment names it, as the coupler does for those whom it starts; else one in
     /// `XDG_RUNTIME_DIR`, where that is fit for it, or in `/tmp`.
     pub fn root(&self) -> String {
+        self.root_of(std::env::var(FOLDER).ok(), std::env::var("XDG_RUNTIME_DIR").ok())
+    }
+
+    /// [`root`](Self::root) where the environment has this `folder` and this `place` for folders.
+    fn root_of(&self, folder: Option<String>, place: Option<String>) -> String {
         let own = self.own();
-        if let Ok(folder) = std::env::var(FOLDER)
-            && Path::new(&folder).file_name().is_some_and(|name| name.to_string_lossy().starts_with(&own))
-        {
+        let is_own = |folder: &String| {
+            Path::new(folder).file_name().is_some_and(|name| name.to_string_lossy().starts_with(&own))
+        };
+        if let Some(folder) = folder.filter(is_own) {
             return folder;
         }
-        if let Ok(place) = std::env::var("XDG_RUNTIME_DIR")
-            && is_fit(Path::new(&place))
-        {
+        if let Some(place) = place.filter(|place| is_fit(Path::new(place))) {
             let place = place.trim_end_matches('/');
             let digest: String = Sha256::digest(place).iter().take(4).map(|b| format!("{b:02x}")).collect();
             let own = format!("{own}-{digest}");
@@ -139,6 +143,7 @@ impl fmt::Display for Address {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::os::unix::fs::PermissionsExt;
 
     #[test]
     fn an_address_survives_the_command_line() {
@@ -149,6 +154,30 @@ mod tests {
             assert_eq!(Address::parse(&address.connect(), address.role), address);
         }
         assert_eq!(Address::new("5f", Role::Fluid).connect(), "5f");
+    }
+
+    #[test]
+    fn a_domain_stands_where_nobody_else_writes() {
+        let address = Address::new("5f", Role::Fluid).in_domain("gate");
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().display().to_string();
+        let in_place = |mode| {
+            fs::set_permissions(&place, fs::Permissions::from_mode(mode)).unwrap();
+            address.root_of(None, Some(place.clone()))
+        };
+        let (own, elsewhere) = (address.own(), format!("/tmp/{}", address.own()));
+        let private = in_place(0o700);
+        assert!(private.starts_with(&format!("{place}/{own}-")), "{private}");
+        assert_eq!(in_place(0o777), elsewhere);
+        assert_eq!(address.root_of(None, Some("runtime".to_owned())), elsewhere, "not absolute");
+        assert_eq!(address.root_of(None, Some("/no/such/place".to_owned())), elsewhere);
+        let long = folder.path().join("a".repeat(100));
+        fs::create_dir(&long).unwrap();
+        assert_eq!(address.root_of(None, Some(long.display().to_string())), elsewhere, "too long");
+        // The coupler's word comes first, for its own domain alone.
+        let told = format!("/somewhere/{own}-1234");
+        assert_eq!(address.root_of(Some(told.clone()), Some(place.clone())), told);
+        assert_eq!(address.root_of(Some("/somewhere/other".to_owned()), None), elsewhere);
     }
 
     #[test]

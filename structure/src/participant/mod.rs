@@ -153,7 +153,8 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
         let (solid, accepted) = build::<S, D>(case)?;
         let particles = solid.particles();
         let points = particles.interface.len();
-        // A unit's inputs are zero until they are set; what a fluid does is not known before the first window.
+        // A unit's inputs are zero until they are set; what a fluid does is not known before the first
+        // window.
         let awaits_fluid = case.coupling.is_some() && out.is_some();
         let unheard = if awaits_fluid { Vector::repeat(f64::NAN) } else { Vector::zeros() };
         Ok(Self {

@@ -74,6 +74,10 @@ fn resolve(file: &mut Case, findings: &mut Findings) {
     match options(&structure.numerics) {
         Ok(options) => {
             structure.numerics = to_table(&options);
+            // Under half a spacing a particle has no neighbour, and over three it has over a hundred.
+            if options.smoothing_ratio < 0.5 || options.smoothing_ratio > 3.0 {
+                findings.add("structure.numerics.smoothing_ratio", "must be 0.5 to 3", "take 1 to 1.5");
+            }
             if options.gradient == Gradient::Quadratic && structure.participant.start() == Start::Own {
                 check_layers(structure, findings);
             }

@@ -87,6 +87,12 @@ const ROWS: &[(&str, &str, &str)] = &[
     ("1e-6\n",
      "1e-6\nnumerics = { smoothing_ratio = 1e-3 }\n",
      "line 12: fluid.numerics.smoothing_ratio = 0.001: must be 0.5 to 3; take 1.2 to 1.5"),
+    ("[structure.material]",
+     "[structure.numerics]\nsmoothing_ratio = 1e-9\n[structure.material]",
+     "line 28: structure.numerics.smoothing_ratio = 1e-9: must be 0.5 to 3; take 1 to 1.5"),
+    ("[[probe]]",
+     "[coupling]\nsub_steps = 4000000000\n[[probe]]",
+     "line 50: coupling.sub_steps = 4000000000: must be at most 1000000; its meaning: number of sub-steps in a window"),
     ("dimension = 2",
      "dimension = 2\nthreads = 1000000",
      "line 4: case.threads = 1000000: must be at most 4096; its meaning: threads of each solver; 0, the default, is as many as the machine has, and more than four for each of its cores are not started"),
@@ -350,6 +356,11 @@ fn what_would_not_fit_into_memory_is_refused_before_it_is_made() {
     let found =
         mistakes(Case::parse(&changed("[[structure.body]]", wall), Path::new("case.toml"), &[], &SECTIONS));
     assert!(found.iter().any(|line| line.contains("\"long\"") || line.contains("fluid.wall.")), "{found:#?}");
+    // Bodies are filled for a structure of another make, too, which is mapped to what fills them.
+    let mapped =
+        ["structure.participant.command=[\"sh\"]", "coupling.mapping.spacing=1e-7"].map(str::to_owned);
+    let found = mistakes(Case::parse(SOUND, Path::new("case.toml"), &mapped, &SECTIONS));
+    assert!(found.iter().any(|line| line.contains("coupling.mapping.spacing = 1e-7: ")), "{found:#?}");
 }
 
 /// Overlaps that a run would not survive, and those that are meant.
@@ -388,8 +399,8 @@ fn what_moves_overlaps_nothing_and_bodies_stay_out_of_solids() {
     );
 }
 
-/// What is behind a polyline is in its solid, behind its corners too; beyond its ends it has none. A wall that
-/// moves stays out of it.
+/// What is behind a polyline is in its solid, behind its corners too; beyond its ends it has none. A wall
+/// that moves stays out of it.
 #[test]
 fn nothing_stands_in_the_solid_behind_a_polyline() {
     let found = |line: &str, more: &str| {

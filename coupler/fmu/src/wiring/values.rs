@@ -215,12 +215,19 @@ impl Plan<'_> {
     /// said is taken to be in it; one that is in another unit, and does not say what that is, is refused.
     fn factor(&mut self, key: &str, port: &str, variable: &Variable) -> Option<f64> {
         let quantity = ports_of(self.role).into_iter().find(|(name, ..)| *name == port).map(|(_, q, ..)| q);
-        let (Some(quantity), Some(unit)) = (quantity, &variable.unit) else { return Some(1.0) };
-        let (name, wanted) = (&variable.name, quantity.unit());
+        let Some(quantity) = quantity else { return Some(1.0) };
+        let found = self.factor_to(quantity.unit(), variable);
+        found.map_err(|what| self.mismatches.push(format!("{key}: {what}"))).ok()
+    }
+
+    /// What a variable has to be multiplied by to be in the SI unit `wanted`, which is noted where it is not
+    /// 1; why it cannot be.
+    pub(super) fn factor_to(&mut self, wanted: &str, variable: &Variable) -> Result<f64, String> {
+        let (name, Some(unit)) = (&variable.name, &variable.unit) else { return Ok(1.0) };
         let plain =
             |unit: &str| unit.replace(['^', '\u{b2}'], "").replace('\u{b3}', "3").replace("N/m3", "Pa/m");
         if plain(unit) == wanted {
-            return Some(1.0);
+            return Ok(1.0);
         }
         match self.description.units.get(unit).map(|base| (base, base.factor_to(wanted))) {
             Some((_, Some(factor))) => {
@@ -228,19 +235,14 @@ impl Plan<'_> {
                     self.notes
                         .push(format!("`{name}` is in `{unit}`: its numbers are taken {factor:e} times"));
                 }
-                Some(factor)
+                Ok(factor)
             }
             Some((base, None)) => {
-                let what = format!("{key}: `{name}` is in `{unit}`, which is {base}; {wanted} belongs here");
-                self.mismatches.push(what);
-                None
+                Err(format!("`{name}` is in `{unit}`, which is {base}; {wanted} belongs here"))
             }
-            None => {
-                self.mismatches.push(format!(
-                    "{key}: `{name}` is in `{unit}`, of which the unit does not say what it is in SI units; {wanted} belongs here"
-                ));
-                None
-            }
+            None => Err(format!(
+                "`{name}` is in `{unit}`, of which the unit does not say what it is in SI units; {wanted} belongs here"
+            )),
         }
     }
 

@@ -42,8 +42,10 @@ pub(super) fn check(file: &Case, coupling: Option<&Table>, findings: &mut Findin
         let step = Some(fluid.max_time_step).filter(|step| *step != general.output_interval);
         check_steps("fluid.max_time_step", step, general.end_time, findings);
     }
-    if let Some(structure) = file.structure.as_ref().filter(|structure| is_own(&structure.participant)) {
-        of_structure(structure, &mut counts);
+    match &file.structure {
+        Some(structure) if is_own(&structure.participant) => of_structure(structure, &mut counts),
+        Some(structure) => of_filling(structure, coupling, &mut counts),
+        None => {}
     }
     let window = coupling.and_then(|coupling| coupling.get("max_window")?.as_float());
     check_steps("coupling.max_window", window, general.end_time, findings);
@@ -129,6 +131,20 @@ fn of_structure(structure: &Structure, counts: &mut Vec<Count>) {
                 bytes: STRUCTURE * particles,
             });
         }
+    }
+}
+
+/// Particles in the bodies of another solver's structure, to which its points are mapped.
+fn of_filling(structure: &Structure, coupling: Option<&Table>, counts: &mut Vec<Count>) {
+    let written = coupling.and_then(|coupling| coupling.get("mapping")?.get("spacing")?.as_float());
+    let spacing = written.unwrap_or(structure.particle_spacing);
+    for (i, body) in structure.bodies.iter().enumerate() {
+        let key = match written {
+            Some(_) => "coupling.mapping.spacing".to_owned(),
+            None => format!("structure.body.{i}.box"),
+        };
+        let particles = cells(&body.bounds, spacing);
+        counts.push(Count { key, particles, bytes: STRUCTURE * particles });
     }
 }
 

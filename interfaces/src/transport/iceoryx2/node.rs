@@ -37,9 +37,14 @@ impl<S: Service + 'static> OwnNode<S> {
         let presence = Presence::enter(address).map_err(|e| failed(format!("{e} ({place})")))?;
         let (send, made) = mpsc::channel();
         let builder = NodeBuilder::new().config(&config).signal_handling_mode(SignalHandlingMode::Disabled);
+        let own = address.clone();
         thread::spawn(move || {
-            // Nobody takes it who comes too late; it is dropped then.
-            let _ = send.send(builder.create::<S>());
+            if let Err(late) = send.send(builder.create::<S>()) {
+                // Nobody takes a node that comes too late. What it counted with was made after everybody
+                // left.
+                drop(late);
+                drop(Presence::enter(&own));
+            }
         });
         let node = made.recv_timeout(CREATION).map_err(|_| {
             let empty = presence.empty_segments().join(", ");

@@ -41,7 +41,10 @@ impl Presence {
                 return Ok(Self { root, prefix, lock });
             }
             if Instant::now() >= deadline {
-                let what = format!("another process keeps {} to itself", root.join(LOCK).display());
+                let lock = root.join(LOCK);
+                let lock = lock.display();
+                let what =
+                    format!("another process keeps {lock} to itself; find it with `fuser {lock}` and end it");
                 return Err(io::Error::new(ErrorKind::TimedOut, what));
             }
             sleep(RETRY);
@@ -332,7 +335,7 @@ mod tests {
     #[test]
     fn a_counter_that_stays_empty_is_named() {
         let address = domain();
-        let _first = super::super::node::OwnNode::<iceoryx2::service::ipc::Service>::new(&address).unwrap();
+        let first = super::super::node::OwnNode::<iceoryx2::service::ipc::Service>::new(&address).unwrap();
         let counter = entries(Path::new(SHARED_MEMORY))
             .find(|path| path.file_name().unwrap().to_string_lossy().starts_with(&address.prefix()))
             .unwrap();
@@ -344,7 +347,46 @@ mod tests {
         };
         assert!(error.contains(&counter.display().to_string()), "{error}");
         assert!(started.elapsed() < Duration::from_secs(5));
+        // The node that was waited for in vain comes now, and leaves nothing either.
         fs::remove_file(&counter).unwrap();
+        drop(first);
+        let left = || {
+            let mut segments = entries(Path::new(SHARED_MEMORY));
+            let of_domain = |path: PathBuf| path.display().to_string().contains(&address.prefix());
+            Path::new(&address.root()).exists() || segments.any(of_domain)
+        };
+        let deadline = Instant::now() + Duration::from_secs(10);
+        while left() {
+            assert!(Instant::now() < deadline, "something is left of {}", address.prefix());
+            sleep(RETRY);
+        }
+        // Gone for good: who makes it anew does so before it looks like that.
+        sleep(20 * RETRY);
+        assert!(!left());
+    }
+
+    /// A lock that somebody keeps, as another user could who may open the folder.
+    #[test]
+    fn a_lock_that_is_kept_is_named() {
+        let address = domain();
+        let root = PathBuf::from(address.root());
+        private::folder(&root).unwrap();
+        fs::write(root.join(LOCK), "").unwrap();
+        chmod(&root.join(LOCK), 0o644);
+        let lock = lock_file(&root.join(LOCK)).unwrap().unwrap();
+        assert_eq!(lock.metadata().unwrap().mode() & 0o7777, 0o600);
+        flock(&lock, FlockOperation::LockExclusive).unwrap();
+        let started = Instant::now();
+        let error = match Presence::enter(&address) {
+            Ok(_) => panic!("two have the domain to themselves"),
+            Err(error) => error.to_string(),
+        };
+        assert!(started.elapsed() < Duration::from_secs(5));
+        let lock_path = root.join(LOCK).display().to_string();
+        assert!(error.contains(&lock_path) && error.contains("fuser"), "{error}");
+        drop(lock);
+        drop(Presence::enter(&address).unwrap());
+        assert!(!root.exists());
     }
 
     #[test]

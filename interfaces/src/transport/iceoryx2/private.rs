@@ -98,6 +98,9 @@ pub(super) fn lock_file(path: &Path) -> io::Result<Option<File>> {
         return Err(refused(path, &there, "a file with another name besides"));
     }
     ours(path, &there)?;
+    if there.mode() & 0o177 != 0 {
+        opened.set_permissions(Permissions::from_mode(0o600))?;
+    }
     Ok(Some(opened))
 }
 
