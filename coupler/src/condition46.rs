@@ -21,7 +21,7 @@ pub struct Interface<'a> {
     pub volume: &'a [f64],
     /// Positions (m).
     pub position: &'a [f64],
-    /// Velocities (m/s).
+    /// Velocities (m/s): over a window, the mean ones.
     pub velocity: &'a [f64],
     /// What the fluid received; a fluid that does not tell is taken at its word: `R = g`.
     pub reaction: Option<Reaction<'a>>,

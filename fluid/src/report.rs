@@ -28,11 +28,15 @@ pub struct StepReport<const D: usize> {
     pub position_solve: Outcome,
     /// θ: share of Eq. (18) that energy allowed.
     pub gradient_share: f64,
-    /// Kinetic energy at the end.
+    /// Kinetic energy at the end, of the particles that stay.
     pub kinetic_energy: f64,
-    /// Potential energy `−m g·r` at the end.
+    /// Potential energy `−m g·r` at the end, of the particles that stay.
     pub potential_energy: f64,
-    /// Change of kinetic and potential energy over the step, particles that left not counted out.
+    /// Kinetic and potential energy that particles took along which left or were lost; and potential energy
+    /// by which particles seem to rise or fall that pass a periodic side.
+    pub left_energy: f64,
+    /// Change of kinetic and potential energy over the step, with what left: `left_energy` and the changes of
+    /// the two.
     pub energy_change: f64,
     /// Work of the structure's load on the fluid, with the velocity that it comes to have under it.
     pub structure_work: f64,
@@ -92,6 +96,7 @@ impl<const D: usize> Default for StepReport<D> {
             gradient_share: 0.0,
             kinetic_energy: 0.0,
             potential_energy: 0.0,
+            left_energy: 0.0,
             energy_change: 0.0,
             structure_work: 0.0,
             wall_work: 0.0,

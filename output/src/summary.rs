@@ -3,7 +3,7 @@
 use crate::atomic;
 use crate::error::{Result, parse_error, read_error};
 use crate::files;
-use crate::sums::{EnergySum, ResidualSum};
+use crate::sums::{Energies, EnergySum, ResidualSum};
 use crate::table::Columns;
 use serde::{Deserialize, Deserializer, Serialize};
 use std::collections::BTreeMap;
@@ -191,6 +191,10 @@ pub struct EnergyBalance {
     /// Largest rise above an earlier value, in J: `max over t of (E(t) − min over s ≤ t of E(s))`.
     #[serde(deserialize_with = "null_as_nan")]
     pub largest_rise_joules: f64,
+    /// The energy that the motion has, in J: the largest of the greatest kinetic energy, and of what the
+    /// energies of gravity and strain went through. A rise is much or little beside it.
+    #[serde(default, deserialize_with = "null_as_nan")]
+    pub moved_joules: f64,
 }
 
 impl From<&ResidualSum> for Residual {
@@ -205,15 +209,20 @@ impl From<&ResidualSum> for Residual {
 
 impl From<&EnergySum> for EnergyBalance {
     fn from(sum: &EnergySum) -> Self {
-        Self { start_joules: sum.start, end_joules: sum.end, largest_rise_joules: sum.rise }
+        Self {
+            start_joules: sum.start,
+            end_joules: sum.end,
+            largest_rise_joules: sum.rise,
+            moved_joules: sum.moved(),
+        }
     }
 }
 
 impl EnergyBalance {
-    /// The balance of a history of the total in J; `None` if it is empty.
-    pub fn of(total: &[f64]) -> Option<Self> {
-        let mut sum = EnergySum::new(*total.first()?);
-        total[1..].iter().for_each(|&energy| sum.add(energy));
+    /// The balance of a history; `None` if it is empty.
+    pub fn of(mut history: impl Iterator<Item = Energies>) -> Option<Self> {
+        let mut sum = EnergySum::new(history.next()?);
+        history.for_each(|energies| sum.add(energies));
         Some(Self::from(&sum))
     }
 }
@@ -343,10 +352,15 @@ mod tests {
     #[test]
     fn measures_by_hand() {
         // Falls to 8, rises to 9.5 (1.5 above 8), falls to 3, rises to 4.
-        let energy = EnergyBalance::of(&[10.0, 8.0, 9.5, 3.0, 4.0]).unwrap();
+        let history = |totals: &[f64]| {
+            let of = |total| Energies { kinetic: 1.0, potential: total - 1.0, strain: 0.0 };
+            EnergyBalance::of(totals.iter().copied().map(of))
+        };
+        let energy = history(&[10.0, 8.0, 9.5, 3.0, 4.0]).unwrap();
+        assert_eq!(energy.moved_joules, 7.0);
         assert_eq!((energy.start_joules, energy.end_joules, energy.largest_rise_joules), (10.0, 4.0, 1.5));
-        assert!(EnergyBalance::of(&[1.0, f64::NAN, 2.0]).unwrap().largest_rise_joules.is_nan());
-        assert_eq!(EnergyBalance::of(&[]), None);
+        assert!(history(&[1.0, f64::NAN, 2.0]).unwrap().largest_rise_joules.is_nan());
+        assert_eq!(history(&[]), None);
 
         // sqrt((9 + 16) / 2) to the bit: every step is exact but the root.
         assert_eq!(Residual::of(&[3.0, 4.0]), Residual { max: 4.0, rms: 12.5f64.sqrt() });

@@ -33,6 +33,28 @@ fn structure_gains_what_the_loads_give(run: &Outputs) {
     }
 }
 
+/// The files alone account for every joule since the first window: what the fluid has and lost by its works;
+/// what the structure took beside gravity by the work of the load that was applied.
+fn accounts_close(run: &Outputs) {
+    let windows = run.table("windows.csv");
+    let change = |name: &str, window: usize| {
+        let column = windows.get(name).unwrap_or_else(|| panic!("no column {name}"));
+        column[window] - column[0]
+    };
+    let of = |names: &[&str], window: usize| names.iter().map(|name| change(name, window)).sum::<f64>();
+    for window in 0..windows.rows() {
+        let held = of(&["fluid.kinetic_energy", "fluid.potential_energy", "fluid.left_energy"], window);
+        let works = ["structure", "wall", "viscous", "contact", "displacement", "projection"];
+        let works: Vec<String> = works.iter().map(|work| format!("fluid.{work}_work")).collect();
+        let works = of(&works.iter().map(String::as_str).collect::<Vec<_>>(), window);
+        assert!((held - works).abs() < 1e-9, "window {window}: {held} J of {works} J");
+        let taken = of(&["structure.load_work", "structure.potential_energy"], window);
+        let applied = change("work_applied", window);
+        // By Runge and Kutta, whose work is not the displacement's to the last bit.
+        assert!((taken - applied).abs() < 1e-6, "window {window}: {taken} J of {applied} J");
+    }
+}
+
 /// Condition (46), the energy of the whole, particles and volume of a completed run.
 fn kept(run: &Outputs) {
     let summary = run.summary();
@@ -42,6 +64,7 @@ fn kept(run: &Outputs) {
     let energy = summary.balances.energy.expect("both sides report energies");
     assert!(energy.largest_rise_joules < 0.01 * energy.start_joules.abs(), "{energy:?}");
     structure_gains_what_the_loads_give(run);
+    accounts_close(run);
     let fluid = summary.fluid.expect("a fluid");
     assert!(fluid.particles_lost == 0 && fluid.volume_drift.abs() < 0.02, "{fluid:?}");
 }

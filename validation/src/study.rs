@@ -102,10 +102,12 @@ pub enum Kind {
     Frequency,
     /// Half its range.
     Amplitude,
-    /// Largest departure of the mechanical energy from that of the first window, over it; of `windows.csv`.
+    /// Largest departure of the mechanical energy from that of the first window, over the energy that the
+    /// motion has (the greatest kinetic energy, or what gravity's or strain's went through); of
+    /// `windows.csv`.
     EnergyDrift,
     /// Largest rise of the mechanical energy over the least that it had before, works of structure and walls
-    /// taken out, over that of the first window; of `windows.csv`.
+    /// taken out, over the energy that the motion has; of `windows.csv`.
     EnergyRise,
     /// Its largest magnitude.
     MaxAbs,

@@ -10,6 +10,8 @@ pub const STRAIN_ENERGY: &str = "strain_energy";
 pub const DISSIPATED_ENERGY: &str = "dissipated_energy";
 /// Work of all loads, gravity among them (J).
 pub const LOAD_WORK: &str = "load_work";
+/// Kinetic and potential energy that left with particles since the start (J).
+pub const LEFT_ENERGY: &str = "left_energy";
 /// Change of the fluid's volume over that at the start.
 pub const VOLUME_DRIFT: &str = "volume_drift";
 /// Particles that left the domain.
@@ -17,5 +19,5 @@ pub const PARTICLES_LEFT: &str = "particles_left";
 /// Particles that were lost inside a wall or the structure.
 pub const PARTICLES_LOST: &str = "particles_lost";
 
-/// Energies whose sum over both sides is that of the whole.
-pub const ENERGIES: [&str; 3] = [KINETIC_ENERGY, POTENTIAL_ENERGY, STRAIN_ENERGY];
+/// Energies whose sum over both sides is that of the whole, with what left it.
+pub const ENERGIES: [&str; 4] = [KINETIC_ENERGY, POTENTIAL_ENERGY, STRAIN_ENERGY, LEFT_ENERGY];

@@ -5,7 +5,7 @@ use crate::side::Side;
 use interfaces::ScalarKind;
 use interfaces::port::names;
 use output::summary::{Condition46, EnergyBalance, Extremes, FluidBalance};
-use output::sums::{EnergySum, ResidualSum};
+use output::sums::{Energies, EnergySum, ResidualSum};
 use std::collections::BTreeMap;
 use words::bytes::{self, Reader, Writer};
 
@@ -29,18 +29,16 @@ impl Running {
 
     /// What the sides report of one more window: every energy, and the fluid's volume and particles.
     pub(super) fn balances(&mut self, sides: &[&Side]) {
-        let mut total = None;
+        let (mut energies, mut any) = (Energies::default(), false);
         for side in sides {
             for name in names::ENERGIES {
-                if let Some(energy) = reported(side, name) {
-                    total = Some(total.unwrap_or(0.0) + energy);
-                }
+                any |= reported(side, name).is_some_and(|value| energies.add(name, value));
             }
         }
-        match (&mut self.energy, total) {
-            (Some(sum), Some(energy)) => sum.add(energy),
-            (none, Some(energy)) => *none = Some(EnergySum::new(energy)),
-            (_, None) => {}
+        match &mut self.energy {
+            Some(sum) if any => sum.add(energies),
+            none if any => *none = Some(EnergySum::new(energies)),
+            _ => {}
         }
         for side in sides.iter().filter(|side| side.role() == interfaces::Role::Fluid) {
             let Some(drift) = reported(side, names::VOLUME_DRIFT) else { continue };
@@ -85,7 +83,10 @@ impl Running {
     }
 
     pub(super) fn save(&self, state: &mut Writer) {
-        let energy = self.energy.map(|EnergySum { start, end, lowest, rise }| [start, end, lowest, rise]);
+        let energy = self.energy.map(|EnergySum { start, end, lowest, rise, least, most }| {
+            let of = |e: Energies| [e.kinetic, e.potential, e.strain];
+            [&[start, end, lowest, rise][..], &of(least), &of(most)].concat()
+        });
         state.f64s(energy.as_ref().map_or(&[][..], |sums| sums));
         for ResidualSum { max, squares, count } in [self.before, self.after] {
             state.f64s(&[max, squares, count]);
@@ -103,7 +104,14 @@ impl Running {
     pub(super) fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), bytes::Error> {
         let energy = state.f64s("energy", None)?;
         self.energy = match energy[..] {
-            [start, end, lowest, rise] => Some(EnergySum { start, end, lowest, rise }),
+            [start, end, lowest, rise, k, p, s, most_k, most_p, most_s] => Some(EnergySum {
+                start,
+                end,
+                lowest,
+                rise,
+                least: Energies { kinetic: k, potential: p, strain: s },
+                most: Energies { kinetic: most_k, potential: most_p, strain: most_s },
+            }),
             _ => None,
         };
         for sum in [&mut self.before, &mut self.after] {

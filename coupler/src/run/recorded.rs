@@ -9,7 +9,7 @@ use std::path::Path;
 use words::bytes::{Reader, Writer};
 
 /// First bytes of its state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscrec2";
+const MAGIC: &[u8; 8] = b"mnscrec3";
 
 /// A run whose accepted windows are recorded.
 pub struct Recorded<S> {

@@ -87,7 +87,7 @@ impl Implicit {
             acceleration.end_window(&unknowns.blocks, &unknowns.y, &unknowns.r);
             extrapolation.accept(middle(&window), &unknowns.x);
         });
-        let found = pair.condition46();
+        let found = pair.condition46(&window);
         pair.accept(&window, found, schedule)
     }
 

@@ -51,6 +51,8 @@ pub struct Pair {
     accepted_position: Option<Vec<f64>>,
     /// Reference volume of the interface particles (m³).
     volume: Vec<f64>,
+    /// The structure's mean velocity over the window at hand (m/s).
+    mean_velocity: Vec<f64>,
     /// What stands in for a vector field that a participant does not give.
     zeros: Vec<f64>,
 }
@@ -94,6 +96,7 @@ impl Pair {
             structure_velocity,
             accepted_position,
             volume,
+            mean_velocity: zeros.clone(),
             zeros,
         })
     }
@@ -197,12 +200,18 @@ impl Pair {
     }
 
     /// Condition (46) on what the fluid gave last, and the resultant of [`load`](Self::load), both with the
-    /// structure's last motion.
-    pub fn condition46(&self) -> (Condition46, Resultant) {
+    /// motion of the structure's last solution of the window: its power, times the window, is the work that a
+    /// held load did.
+    pub fn condition46(&mut self, window: &TimeWindow) -> (Condition46, Resultant) {
+        let Self { fluid, structure, volume, zeros, mean_velocity, accepted_position, .. } = self;
         self.announce.during(Phase::Condition46, || {
-            let interface = interface(&self.fluid, &self.structure, &self.volume, &self.zeros);
+            let mut interface = interface(fluid, structure, volume, zeros);
+            if let Some(start) = accepted_position {
+                flat::mean_rate(mean_velocity, start, interface.position, window.size);
+                interface.velocity = mean_velocity;
+            }
             let passed = self.enforced.then_some(self.enforced_load.as_slice());
-            condition46::measure(&interface, given_load(&self.fluid, &self.zeros), passed, &self.load)
+            condition46::measure(&interface, given_load(fluid, zeros), passed, &self.load)
         })
     }
 

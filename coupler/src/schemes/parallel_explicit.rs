@@ -32,7 +32,7 @@ impl ParallelExplicit {
         pair.finish_structure(&window)?;
         pair.finish_fluid(&window)?;
         pair.take_load(self.enforce);
-        let found = pair.condition46();
+        let found = pair.condition46(&window);
         let accepted = pair.accept(&window, found, schedule)?;
         pair.relax_load(self.relaxation);
         Ok(accepted)

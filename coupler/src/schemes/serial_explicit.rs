@@ -63,8 +63,8 @@ impl SerialExplicit {
         pair.solve_fluid(prediction)?;
         pair.take_load(self.enforce);
         pair.relax_load(self.relaxation);
-        let found = pair.condition46();
         pair.solve_structure(&solution)?;
+        let found = pair.condition46(&solution);
         pair.accept(&solution, found, schedule)
     }
 
@@ -78,7 +78,7 @@ impl SerialExplicit {
         pair.solve_structure(window)?;
         pair.solve_fluid(window)?;
         pair.take_load(self.enforce);
-        let found = pair.condition46();
+        let found = pair.condition46(window);
         pair.accept(window, found, schedule)
     }
 }

@@ -35,11 +35,12 @@ mod at {
     pub const PRESSURE_RESIDUAL: usize = 16;
     pub const POSITION_ITERATIONS: usize = 17;
     pub const DISPLACEMENT_WORK: usize = 18;
+    pub const ENERGY_LEFT: usize = 19;
 }
 
 impl Ledger {
     /// Names, units and meanings of its columns.
-    pub const NAMES: [(&'static str, &'static str, &'static str); 19] = [
+    pub const NAMES: [(&'static str, &'static str, &'static str); 20] = [
         (names::KINETIC_ENERGY, "J", "kinetic energy"),
         (names::POTENTIAL_ENERGY, "J", "potential energy of gravity"),
         ("structure_work", "J", "work of the structure on the fluid since the start"),
@@ -63,6 +64,7 @@ impl Ledger {
             "J",
             "potential energy by position projection, shifting and contact since the start",
         ),
+        (names::LEFT_ENERGY, "J", "energy that left with particles, or by periodic sides, since the start"),
     ];
 
     /// The figures of the initial state.
@@ -102,6 +104,7 @@ impl Ledger {
         f[at::PRESSURE_RESIDUAL] = step.pressure_solve.residual;
         f[at::POSITION_ITERATIONS] = step.position_solve.iterations as f64;
         f[at::DISPLACEMENT_WORK] += step.displacement_work;
+        f[at::ENERGY_LEFT] += step.left_energy;
         next
     }
 

@@ -7,7 +7,7 @@ use interfaces::Readiness;
 use words::bytes::{Error, Reader, Writer};
 
 /// First bytes of a saved state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscflp2";
+const MAGIC: &[u8; 8] = b"mnscflp3";
 
 pub fn to_bytes<const D: usize>(
     ready: &Readiness,

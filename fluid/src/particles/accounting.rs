@@ -38,6 +38,23 @@ pub fn lattice_concentration<const D: usize>(kernel: &CubicSpline<D>, spacing: f
     sum * spacing.powi(D as i32)
 }
 
+/// Takes the particles that are not kept out of the energies at the end.
+pub fn leave<const D: usize, M>(
+    properties: &FluidProperties<D>,
+    mass: f64,
+    after: &State<D, M>,
+    keep: &[bool],
+    report: &mut StepReport<D>,
+) {
+    for a in (0..keep.len()).filter(|a| !keep[*a]) {
+        let kinetic = 0.5 * mass * after.velocities[a].norm_squared();
+        let potential = -mass * properties.gravity.dot(&after.positions[a]);
+        report.kinetic_energy -= kinetic;
+        report.potential_energy -= potential;
+        report.left_energy += kinetic + potential;
+    }
+}
+
 /// Energies and momenta at the end, and what is left of their changes.
 pub fn balance<const D: usize, M: Sync>(
     properties: &FluidProperties<D>,
@@ -57,6 +74,9 @@ pub fn balance<const D: usize, M: Sync>(
     let displacement = |a: usize| period.nearest(after.positions[a] - before.positions[a]);
     let fallen = parallel::sum(before.len(), |a| properties.gravity.dot(&displacement(a)));
     report.energy_change = report.kinetic_energy - kinetic(before) - mass * fallen;
+    let passed =
+        parallel::sum(before.len(), |a| displacement(a) - (after.positions[a] - before.positions[a]));
+    report.left_energy = -mass * properties.gravity.dot(&passed);
     report.projection_work = report.energy_change
         - report.structure_work
         - report.wall_work

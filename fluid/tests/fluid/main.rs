@@ -1,6 +1,7 @@
 //! Tests of the fluid from outside, in one binary: operators by hand and by property, boundaries, whole
 //! steps.
 
+mod accounts;
 mod boundaries;
 mod direct_solve;
 mod models;

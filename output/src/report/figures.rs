@@ -4,6 +4,7 @@ use super::plot::{Curve, Mark, Marks, Plot};
 use super::references::Reference;
 use super::scale;
 use crate::summary::EnergyBalance;
+use crate::sums::Energies;
 use crate::table::Columns;
 use words::balances;
 
@@ -273,12 +274,13 @@ pub(crate) fn energy(windows: &Columns) -> Vec<Figure> {
     let whole = windows.get("total_energy").map(<[f64]>::to_vec);
     if totals.len() > 1 || whole.is_some() {
         let total = whole.unwrap_or_else(|| sum(totals.iter().map(|(_, total)| total.as_slice())));
-        let caption = EnergyBalance::of(&total).map(|balance| {
+        let caption = EnergyBalance::of(energies(windows, &total)).map(|balance| {
             format!(
-                "Start {}, end {}, largest rise above an earlier value {} (the paper's Fig. 20(f)).",
+                "Start {}, end {}, largest rise above an earlier value {} (the paper's Fig. 20(f)), {} of the energy that the motion has.",
                 scale::quantity(balance.start_joules, "J"),
                 scale::quantity(balance.end_joules, "J"),
-                scale::quantity(balance.largest_rise_joules, "J")
+                scale::quantity(balance.largest_rise_joules, "J"),
+                scale::short(balance.largest_rise_joules / balance.moved_joules)
             )
         });
         let mut curves: Vec<Curve> = totals.iter().map(|(side, total)| curve(side, times, total)).collect();
@@ -286,6 +288,17 @@ pub(crate) fn energy(windows: &Columns) -> Vec<Figure> {
         figures.push(energy_figure("Energy of the whole", curves, caption.unwrap_or_default()));
     }
     figures
+}
+
+/// The energies of the whole, row by row; of a participant that tells a total alone, that.
+fn energies<'a>(windows: &'a Columns, total: &'a [f64]) -> impl Iterator<Item = Energies> + 'a {
+    (0..total.len()).map(|row| {
+        let (mut sum, mut any) = (Energies::default(), false);
+        for (name, values) in windows.iter() {
+            any |= sum.add(quantity_of(name), values[row]);
+        }
+        if any { sum } else { Energies { potential: total[row], ..Energies::default() } }
+    })
 }
 
 fn energy_figure(title: &str, curves: Vec<Curve>, caption: String) -> Figure {

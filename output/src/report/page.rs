@@ -118,6 +118,7 @@ fn run_table(text: &mut String, summary: &Summary, probes: &Columns) {
         let both = format!("{} → {}", quantity(energy.start_joules, "J"), quantity(energy.end_joules, "J"));
         rows.push(("Energy, start → end", both));
         rows.push(("Largest rise of energy", quantity(energy.largest_rise_joules, "J")));
+        rows.push(("Energy that the motion has", quantity(energy.moved_joules, "J")));
     }
     if let Some(fluid) = &summary.fluid {
         rows.push(("Drift of the fluid's volume", format!("{} of it", short(fluid.volume_drift))));

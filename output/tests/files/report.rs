@@ -184,7 +184,12 @@ fn write_summary(dir: &Path) {
             impulse_taken_newton_seconds: vec![12.125, -0.75],
             work_given_joules: Some(0.1273),
             work_taken_joules: Some(0.1272),
-            energy: Some(EnergyBalance { start_joules: 9.6, end_joules: 9.45, largest_rise_joules: 0.004 }),
+            energy: Some(EnergyBalance {
+                start_joules: 9.6,
+                end_joules: 9.45,
+                largest_rise_joules: 0.004,
+                moved_joules: 2.0,
+            }),
             ..Balances::default()
         },
         fluid: Some(FluidBalance { volume_drift: -0.004, particles_left: 17, ..FluidBalance::default() }),

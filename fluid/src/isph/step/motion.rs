@@ -169,6 +169,7 @@ impl<const D: usize> Isph<D> {
         report.torn = s.torn.len();
         report.splashes = s.surface.classes.iter().filter(|c| **c == SurfaceClass::Splash).count();
         if s.keep.contains(&false) {
+            accounting::leave(&self.properties, mass, trial, &s.keep, report);
             trial.retain(&s.keep);
         }
         report.particles = trial.len();
