@@ -93,6 +93,16 @@ impl Side {
         self.take(window_limit, scalars).map_err(|e| self.failed(during(), e))
     }
 
+    /// Makes the forces among the probes unknown: those of a structure that was initialised without a load
+    /// are not the ones that act at the start.
+    pub fn forget_forces(&mut self) {
+        let described = &self.participant.describe().scalars;
+        let is_force = |scalar: &Scalar| scalar.kind == ScalarKind::Probe && scalar.unit == "N";
+        for (_, value) in described.iter().zip(&mut self.scalars).filter(|(scalar, _)| is_force(scalar)) {
+            *value = f64::NAN;
+        }
+    }
+
     /// Starts the window with the inputs as they stand.
     pub fn start(&mut self, window: &TimeWindow) -> Result<(), SideError> {
         self.start_with(window, [])

@@ -1,11 +1,11 @@
 //! `meniscus check`.
 
-use super::{WRONG, say, tell};
+use super::{refuse, say};
 use crate::arguments::Check;
 use coupler::run::{Options, Solvers};
 use interfaces::Role;
-use interfaces::case::Case;
 use interfaces::case::participant::Start;
+use interfaces::case::{Case, Findings};
 use output::report::short;
 use std::io::Read;
 use std::os::unix::fs::{DirBuilderExt, PermissionsExt};
@@ -30,7 +30,7 @@ pub fn check(arguments: &Check) -> ExitCode {
         Ok(case) => case,
         Err(code) => return code,
     };
-    let mut mistakes = Vec::new();
+    let mut mistakes = Findings::default();
     for (role, start) in sides(&case) {
         match preview(&case, role, start) {
             Ok(lines) => {
@@ -38,16 +38,21 @@ pub fn check(arguments: &Check) -> ExitCode {
                     say(format_args!("{:<10} {what:<24} {value}", role.to_string()));
                 }
             }
-            Err(error) => mistakes.push(error),
+            Err(error) => add(&mut mistakes, &key(role, start), &error),
         }
-        mistakes.extend(missing(role, start));
-        if matches!(start, Start::Fmu(_)) && mistakes.is_empty() {
-            mistakes.extend(probe(arguments, role).err());
+        missing(role, start, &mut mistakes);
+        if matches!(start, Start::Fmu(_))
+            && mistakes.is_empty()
+            && let Err(error) = probe(arguments, role)
+        {
+            add(&mut mistakes, &key(role, start), &error);
         }
     }
     let windows = if mistakes.is_empty() { expected_windows(&case) } else { None };
     if let Some(Windows { least, limit, .. }) = windows.filter(|windows| windows.least > MOST_WINDOWS) {
-        mistakes.push(format!("{limit} asks for {least:.1e} windows, and {MOST_WINDOWS:.0e} never end"));
+        let (key, what) = limit;
+        let problem = format!("{what} asks for {least:.1e} windows, and {MOST_WINDOWS:.0e} never end");
+        mistakes.add(key, problem, "let windows be longer, or the run shorter");
     } else if let Some(Windows { least, most, .. }) = windows {
         let range = if most > least {
             format!(
@@ -61,31 +66,42 @@ pub fn check(arguments: &Check) -> ExitCode {
     if mistakes.is_empty() && arguments.time {
         match measure(&case, windows) {
             Ok(line) => say(format_args!("{:<10} {:<24} {line}", "run", "wall time")),
-            Err(error) => mistakes.push(error),
+            Err(error) => add(&mut mistakes, "", &error),
         }
     }
     if mistakes.is_empty() {
         say(format_args!("{}: no mistakes found", case.general.title));
         return ExitCode::SUCCESS;
     }
-    let count = match mistakes.len() {
-        1 => "1 mistake".to_owned(),
-        n => format!("{n} mistakes"),
-    };
-    tell(format_args!("{}: {count}:\n  {}", arguments.case.case.display(), mistakes.join("\n  ")));
-    ExitCode::from(WRONG)
+    refuse(&arguments.case, mistakes)
 }
 
-/// What a run of the case would start that cannot be started: one line each.
-pub fn preflight(case: &Case) -> Vec<String> {
-    let mut mistakes = Vec::new();
+/// What a run of the case would start that cannot be started.
+pub fn preflight(case: &Case) -> Findings {
+    let mut mistakes = Findings::default();
     for (role, start) in sides(case) {
-        mistakes.extend(missing(role, start));
-        if matches!(start, Start::Fmu(_)) {
-            mistakes.extend(fmu_host::preview(case, role).err().map(|error| error.to_string()));
+        missing(role, start, &mut mistakes);
+        if matches!(start, Start::Fmu(_))
+            && let Err(error) = fmu_host::preview(case, role)
+        {
+            add(&mut mistakes, &key(role, start), &error.to_string());
         }
     }
     mistakes
+}
+
+/// The key that says who solves a side.
+fn key(role: Role, start: Start<'_>) -> String {
+    match start {
+        Start::Fmu(_) => format!("{role}.participant.fmu"),
+        _ => role.to_string(),
+    }
+}
+
+/// A mistake that is told with its remedy last, as a solver does.
+fn add(mistakes: &mut Findings, key: &str, told: &str) {
+    let (problem, remedy) = told.rsplit_once("; ").unwrap_or((told, "mend what it names"));
+    mistakes.add(key, problem, remedy);
 }
 
 fn sides(case: &Case) -> impl Iterator<Item = (Role, Start<'_>)> {
@@ -115,9 +131,9 @@ fn preview(case: &Case, role: Role, start: Start<'_>) -> Result<Vec<(String, Str
 }
 
 /// A program of the case that is not there.
-fn missing(role: Role, start: Start<'_>) -> Option<String> {
-    let Start::Command(words) = start else { return None };
-    let program = words.first()?;
+fn missing(role: Role, start: Start<'_>, mistakes: &mut Findings) {
+    let Start::Command(words) = start else { return };
+    let Some(program) = words.first() else { return };
     let runs = |path: &Path| {
         path.metadata().is_ok_and(|there| there.is_file() && there.permissions().mode() & 0o111 != 0)
     };
@@ -127,10 +143,10 @@ fn missing(role: Role, start: Start<'_>) -> Option<String> {
         std::env::var_os("PATH")
             .is_some_and(|path| std::env::split_paths(&path).any(|at| runs(&at.join(program))))
     };
-    let key = format!("{role}.participant.command");
-    (!found).then(|| {
-        format!("{key} = \"{program}\": there is no such program; write its path, or what PATH has of it")
-    })
+    if !found {
+        let remedy = "write its path, or what PATH has of it";
+        mistakes.add(format!("{role}.participant.command.0"), "there is no such program", remedy);
+    }
 }
 
 /// Loads and instantiates the unit of a side in a process of its own, where it can do no harm.
@@ -159,9 +175,7 @@ fn probe(arguments: &Check, role: Role) -> Result<(), String> {
                 let _ = child.kill();
                 let _ = child.wait();
                 let seconds = PROBE.as_secs();
-                return Err(format!(
-                    "{role}.participant.fmu: the unit was not instantiated within {seconds} s"
-                ));
+                return Err(format!("the unit was not instantiated within {seconds} s"));
             }
         }
     };
@@ -171,7 +185,7 @@ fn probe(arguments: &Check, role: Role) -> Result<(), String> {
     let said = said.and_then(|reader| reader.join().ok()).unwrap_or_default();
     let words = said.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("it said nothing");
     let words = words.trim_start_matches("error: ");
-    Err(format!("{role}.participant.fmu: the unit cannot be instantiated ({status}): {words}"))
+    Err(format!("the unit cannot be instantiated ({status}): {words}"))
 }
 
 /// The end of what is said, as far as it can be read.
@@ -198,21 +212,21 @@ fn expected_windows(case: &Case) -> Option<Windows> {
         return None;
     }
     let general = &case.general;
-    let mut limits = vec![("case.output_interval", general.output_interval)];
+    let mut limits = vec![(("case.output_interval", "it"), general.output_interval)];
     if let Some(coupling) = &case.coupling {
-        limits.push(("coupling.max_window", coupling.max_window));
+        limits.push((("coupling.max_window", "it"), coupling.max_window));
     }
     if case.structure.is_some() {
         let largest = structure::participant::largest_window(case).ok()?;
-        limits.push((
-            "structure: its stable sub-step, by its material, spacing and numerics.step_fraction,",
-            largest.unwrap_or(f64::INFINITY),
-        ));
+        let limit =
+            ("structure", "its stable sub-step, by its material, spacing and numerics.step_fraction,");
+        limits.push((limit, largest.unwrap_or(f64::INFINITY)));
     }
     let mut fastest = f64::INFINITY;
     if case.fluid.is_some() {
         let [slow, fast] = fluid::participant::time_steps(case).ok()?;
-        limits.push(("fluid: its time step, by its speed, gravity, spacing and max_time_step,", slow));
+        let limit = ("fluid", "its time step, by its speed, gravity, spacing and max_time_step,");
+        limits.push((limit, slow));
         fastest = fast;
     }
     let (limit, longest) = limits.into_iter().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
@@ -227,8 +241,8 @@ fn expected_windows(case: &Case) -> Option<Windows> {
 struct Windows {
     least: f64,
     most: f64,
-    /// What in the case makes them so many.
-    limit: &'static str,
+    /// The key, and what of it makes them so many.
+    limit: (&'static str, &'static str),
 }
 
 /// Runs the case's beginning, and says what the whole would take: so many windows at that pace.

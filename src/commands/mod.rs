@@ -11,7 +11,7 @@ pub mod schema;
 pub mod validate;
 
 use crate::arguments::CaseArguments;
-use interfaces::case::{Case, Sections};
+use interfaces::case::{Case, Findings, Sections};
 use interfaces::{Participant, Result, Role};
 use std::io::Write as _;
 use std::path::Path;
@@ -34,12 +34,23 @@ pub const SECTIONS: [Sections; 2] = [fluid::participant::SECTIONS, structure::pa
 
 /// Reads a case with the overrides of the command line; prints all its mistakes if it has any.
 fn load(arguments: &CaseArguments) -> Result<Case, ExitCode> {
-    let mut overrides = arguments.set.clone();
-    overrides.extend(arguments.end_time.map(|t| format!("case.end_time={t:?}")));
-    Case::load(&arguments.case, &overrides, &SECTIONS).map_err(|errors| {
+    Case::load(&arguments.case, &overrides(arguments), &SECTIONS).map_err(|errors| {
         tell(&errors);
         ExitCode::from(WRONG)
     })
+}
+
+/// What the command line sets in the case.
+fn overrides(arguments: &CaseArguments) -> Vec<String> {
+    let mut overrides = arguments.set.clone();
+    overrides.extend(arguments.end_time.map(|t| format!("case.end_time={t:?}")));
+    overrides
+}
+
+/// Tells what was found wrong with a case that was read.
+fn refuse(arguments: &CaseArguments, findings: Findings) -> ExitCode {
+    tell(Case::refuse(&arguments.case, &overrides(arguments), findings));
+    ExitCode::from(WRONG)
 }
 
 /// Our own solver for one side of a case, writing its snapshots to `out`.

@@ -1,6 +1,6 @@
 //! `meniscus run`.
 
-use super::{FAILED, INTERRUPTED, WRONG, failed, say};
+use super::{FAILED, INTERRUPTED, failed, say};
 use crate::arguments::Run;
 use coupler::run::{Options, RunError, Solvers};
 use interfaces::case::Case;
@@ -18,8 +18,7 @@ pub fn run(arguments: &Run) -> ExitCode {
     // What does not fit is said before anything is started or emptied.
     let mistakes = super::check::preflight(&case);
     if !mistakes.is_empty() {
-        super::tell(format_args!("error: {}", mistakes.join("\n  ")));
-        return ExitCode::from(WRONG);
+        return super::refuse(&arguments.case, mistakes);
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.case.case));
     let (executable, stop) = match (std::env::current_exe(), super::stop_flag()) {

@@ -402,7 +402,8 @@ quantity = "force"
         ]);
         assert_eq!(ended.status.code(), Some(0), "{spacing} {}{}", ended.text, ended.errors);
         let probes = fs::read_to_string(out.join("probes.csv")).expect("a table");
-        let loads = probes.lines().skip(1).map(|row| {
+        // Names, and the start, when the structure has not heard of the water.
+        let loads = probes.lines().skip(2).map(|row| {
             let mut values = row.split(',').map(|value| value.parse::<f64>().expect("a number"));
             (values.next().expect("a time"), values.next().expect("a load"))
         });
@@ -507,7 +508,9 @@ fn check_and_run_agree_on_what_cannot_start() {
         for words in [&["check"][..], &["run", "--out", &out]] {
             let ended = bench.call(&[words, &[&folder, "--set", &setting]].concat());
             assert_eq!(ended.status.code(), Some(2), "{}", ended.errors);
-            let named = format!("structure.participant.command = \"{program}\": there is no such program");
+            let named = format!(
+                "coupled/case.toml: 1 mistake:\n  --set: structure.participant.command.0 = \"{program}\": there is no such program; write its path"
+            );
             assert!(ended.errors.contains(&named), "{}", ended.errors);
             assert!(!ended.text.contains("no mistakes"), "{}", ended.text);
         }

@@ -73,6 +73,7 @@ impl Pair {
         );
         let points = structure.points().or(fluid.points()).unwrap_or(0);
         structure.initialize(time, points, None)?;
+        structure.forget_forces();
         fluid.initialize(time, points, Some(&structure.outputs))?;
         let accepted_position = structure.outputs.get(names::POSITION).map(<[f64]>::to_vec);
         let volume =

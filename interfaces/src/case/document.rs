@@ -84,8 +84,14 @@ impl Document {
         }
     }
 
-    /// Fills in the line, the origin and the value of an error from its key.
-    pub fn locate(&self, mut error: CaseError) -> CaseError {
+    /// Fills in lines, origins and values of errors from their keys, in the order of the lines.
+    pub fn locate_all(&self, errors: Vec<CaseError>) -> Vec<CaseError> {
+        let mut errors: Vec<_> = errors.into_iter().map(|error| self.locate(error)).collect();
+        errors.sort_by_key(|error| (error.overridden, error.line));
+        errors
+    }
+
+    fn locate(&self, mut error: CaseError) -> CaseError {
         if error.key.is_empty() {
             return error;
         }

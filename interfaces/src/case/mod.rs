@@ -96,9 +96,24 @@ impl Case {
                 return Ok(case);
             }
         }
-        let mut errors: Vec<_> = errors.into_iter().map(|error| document.locate(error)).collect();
-        errors.sort_by_key(|error| (error.overridden, error.line));
-        Err(fail(errors))
+        Err(fail(document.locate_all(errors)))
+    }
+
+    /// What was found wrong with a case that [`load`](Self::load) read: the same file and overrides tell
+    /// where it stands.
+    pub fn refuse(path: &Path, overrides: &[String], findings: Findings) -> CaseErrors {
+        let file = if path.is_dir() { path.join("case.toml") } else { path.to_owned() };
+        let text = std::fs::read_to_string(&file).unwrap_or_default();
+        let errors = match Document::parse(&text) {
+            Ok(mut document) => {
+                // They were taken when the case was read.
+                overrides.iter().for_each(|setting| drop(document.set(setting)));
+                document.locate_all(findings.errors)
+            }
+            // The file has changed in the meantime.
+            Err(_) => findings.errors,
+        };
+        CaseErrors { file, errors }
     }
 
     /// The case as resolved, every default filled in: a case file that reads back to the same case.

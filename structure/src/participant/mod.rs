@@ -133,7 +133,7 @@ struct StructureParticipant<S: Solid<D>, const D: usize> {
     solid: S,
     accepted: State<D>,
     trial: State<D>,
-    /// Pressure gradient at the interface particles (Pa/m); not-a-number until the fluid's is heard of.
+    /// Pressure gradient at the interface particles (Pa/m).
     load: Vec<Vector<D>>,
     /// The same at the window's start, where the case says that the load is linear within a window.
     start_load: Option<Vec<Vector<D>>>,
@@ -153,15 +153,11 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
         let (solid, accepted) = build::<S, D>(case)?;
         let particles = solid.particles();
         let points = particles.interface.len();
-        // A unit's inputs are zero until they are set; what a fluid does is not known before the first
-        // window.
-        let awaits_fluid = case.coupling.is_some() && out.is_some();
-        let unheard = if awaits_fluid { Vector::repeat(f64::NAN) } else { Vector::zeros() };
         Ok(Self {
             description: describe::<D>(case, S::METHOD, points),
             trial: accepted.clone(),
             accepted,
-            load: vec![unheard; points],
+            load: vec![Vector::zeros(); points],
             most_sub_steps: most_sub_steps(case),
             start_load: linear_load(case).then(|| vec![Vector::zeros(); points]),
             readings: readings(case, particles)?,
