@@ -164,7 +164,7 @@ impl Port {
 /// report look for. All are optional to give; see `docs/protocol.md` for which side needs which.
 pub mod names {
     pub use words::balances::{
-        DISSIPATED_ENERGY, ENERGIES, KINETIC_ENERGY, LOAD_WORK, PARTICLES_LEFT, PARTICLES_LOST,
+        CLAMP_WORK, DISSIPATED_ENERGY, ENERGIES, KINETIC_ENERGY, LOAD_WORK, PARTICLES_LEFT, PARTICLES_LOST,
         POTENTIAL_ENERGY, STRAIN_ENERGY, VOLUME_DRIFT,
     };
 

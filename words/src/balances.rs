@@ -10,6 +10,8 @@ pub const STRAIN_ENERGY: &str = "strain_energy";
 pub const DISSIPATED_ENERGY: &str = "dissipated_energy";
 /// Work of all loads, gravity among them (J).
 pub const LOAD_WORK: &str = "load_work";
+/// Work of clamps that move (J).
+pub const CLAMP_WORK: &str = "clamp_work";
 /// Change of the fluid's volume over that at the start.
 pub const VOLUME_DRIFT: &str = "volume_drift";
 /// Particles that left the domain.
