@@ -340,6 +340,11 @@ density = 1000.0
 kinematic_viscosity = 1e-6
 domain = { low = [-0.2, -0.2], high = [1.0, 1.0] }
 periodic = []
+[motion.lift]
+direction = [0.0, 1.0]
+table = [[0.0, 0.0], [0.1, 0.1]]
+start = 1e-4
+ramp = 1e-3
 [[fluid.region]]
 name = "water"
 box = { low = [0.0, 0.0], high = [0.2, 0.2] }
@@ -352,7 +357,7 @@ slip = "no-slip"
 [[fluid.wall]]
 name = "gate"
 box = { low = [0.2, 0.0], high = [0.25, 0.4] }
-motion = { direction = [0.0, 1.0], table = [[0.0, 0.0], [0.1, 0.1]] }
+motion = "lift"
 [[probe]]
 name = "force"
 on = "wall"
@@ -362,6 +367,7 @@ quantity = "force"
 name = "front"
 on = "fluid"
 quantity = "extent"
+relative_to = "gate"
 "#,
     r#"
 [case]

@@ -9,6 +9,7 @@ mod section;
 mod setup;
 mod snapshot;
 
+use crate::boundaries::wall_motion::Motion;
 use crate::boundaries::walls::Walls;
 use crate::error::Error;
 use crate::interface::{InterfaceInput, InterfaceParticles};
@@ -17,8 +18,8 @@ use crate::isph::state::Memory;
 use crate::method::Fluid;
 use crate::particles::state::State;
 use crate::probes;
-use interfaces::case::Case;
 use interfaces::case::probe::{Probe, ProbeTarget};
+use interfaces::case::{Case, motion};
 use interfaces::port::names;
 use interfaces::{
     Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Result, Role,
@@ -124,7 +125,8 @@ struct FluidParticipant<const D: usize, F: Fluid<D>> {
     positions: Vec<Vector<D>>,
     velocities: Vec<Vector<D>>,
     held: Vec<Vector<D>>,
-    probes: Vec<Probe>,
+    /// Each with the frame that it goes with.
+    probes: Vec<(Probe, Option<Motion<D>>)>,
     /// Largest time step that the case allows (s).
     max_time_step: f64,
     end_of_trial: f64,
@@ -145,7 +147,9 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
         case: &Case,
         out: &Path,
     ) -> Result<Self> {
-        let probes: Vec<Probe> = case.probes.iter().filter(|p| !p.is_on_structure()).cloned().collect();
+        let on_fluid = case.probes.iter().filter(|probe| !probe.is_on_structure());
+        let framed = |probe: &Probe| (probe.clone(), case.frame_of(probe).and_then(motion::Motion::rigid));
+        let probes: Vec<_> = on_fluid.map(framed).collect();
         Ok(Self {
             description: describe::<D>(F::METHOD, &probes),
             trial: initial.clone(),
@@ -203,7 +207,8 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
         self.fluid.stable_step(state, time, &self.velocities).min(self.max_time_step)
     }
 
-    fn scalars(&self, state: &State<D, F::Memory>, ledger: &Ledger) -> Vec<f64> {
+    /// What is told of a state at a time (s).
+    fn scalars(&self, state: &State<D, F::Memory>, ledger: &Ledger, time: f64) -> Vec<f64> {
         let mut scalars = ledger.values();
         if self.probes.is_empty() {
             return scalars;
@@ -215,10 +220,13 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
         let at = self
             .probes
             .iter()
-            .any(at_points)
+            .any(|(probe, _)| at_points(probe))
             .then(|| probes::Probe::new(state, self.fluid.smoothing_length()));
-        for probe in &self.probes {
+        for (probe, frame) in &self.probes {
             let quantity = probe.quantity;
+            let pose = frame.as_ref().map(|frame| frame.pose(time));
+            let pose = pose.as_ref();
+            let turned_back = |vector: Vector<D>| pose.map_or(vector, |pose| pose.turned_back(&vector));
             match probe.target() {
                 ProbeTarget::FluidPoint(level) if quantity == ProbeQuantity::HydrostaticError => {
                     let level = Vector::from_column_slice(level);
@@ -226,16 +234,25 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
                 }
                 ProbeTarget::FluidPoint(point) | ProbeTarget::WallPoint { at: point, .. } => {
                     let probe = at.as_ref().expect("there is a probe at a point");
-                    let value = probe.at(&Vector::from_column_slice(point));
+                    let point: Vector<D> = Vector::from_column_slice(point);
+                    let point = pose.map_or(point, |pose| pose.moved(&point));
+                    let value = probe.at(&point);
+                    let of_frame = frame.as_ref().map(|frame| frame.twist(time).at(&point));
+                    let velocity = of_frame.map_or(value.velocity, |own| value.velocity - own);
                     match quantity {
-                        ProbeQuantity::Velocity => scalars.extend(value.velocity.iter()),
+                        ProbeQuantity::Velocity => scalars.extend(turned_back(velocity).iter()),
                         _ => scalars.push(value.pressure),
                     }
                 }
                 ProbeTarget::FluidBox(bounds) => {
                     let properties = self.fluid.properties();
-                    let corners = bounds.map_or(properties.domain, setup::corners);
-                    let body = state.body_in(properties.spacing, corners);
+                    // All of the fluid is in the domain, but not in one that has turned.
+                    let all = match pose {
+                        Some(_) => [f64::NEG_INFINITY, f64::INFINITY].map(Vector::repeat).into(),
+                        None => properties.domain,
+                    };
+                    let corners = bounds.map_or(all, setup::corners);
+                    let body = state.body_in(properties.spacing, corners, pose);
                     match quantity {
                         ProbeQuantity::Extent => {
                             scalars.extend((0..D).flat_map(|i| [body.low[i], body.high[i]]));
@@ -247,7 +264,7 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
                 ProbeTarget::Wall(name) => {
                     let force =
                         self.fluid.wall_force(name).expect("a checked case names walls that are there");
-                    scalars.extend(force.iter());
+                    scalars.extend(turned_back(force).iter());
                 }
                 ProbeTarget::StructurePoint { .. } | ProbeTarget::Body(_) => {
                     unreachable!("probes on the structure were left to it")
@@ -298,7 +315,7 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         self.shown_walls.move_to(start, (1.0, 0.0));
         self.snapshots.write_walls(start, &self.shown_walls)?;
         self.snapshots.write(start, &self.accepted)?;
-        let scalars = self.scalars(&self.accepted, &self.accepted_ledger);
+        let scalars = self.scalars(&self.accepted, &self.accepted_ledger, start);
         self.ready = Readiness { window_limit: self.window_limit(&self.accepted, start), scalars };
         Ok(self.ready.clone())
     }
@@ -326,7 +343,7 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         self.end_of_trial = window.end();
         self.ready = Readiness {
             window_limit: self.window_limit(&self.trial, self.end_of_trial),
-            scalars: self.scalars(&self.trial, &self.trial_ledger),
+            scalars: self.scalars(&self.trial, &self.trial_ledger, self.end_of_trial),
         };
         self.report = Some(WindowReport {
             sub_steps: 1,
@@ -383,13 +400,13 @@ fn read<const D: usize>(field: Option<&[f64]>, vectors: &mut Vec<Vector<D>>) {
     vectors.extend(field.unwrap_or_default().chunks_exact(D).map(Vector::from_column_slice));
 }
 
-fn describe<const D: usize>(method: &str, probes: &[Probe]) -> Description {
+fn describe<const D: usize>(method: &str, probes: &[(Probe, Option<Motion<D>>)]) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, None, direction);
     let mut scalars: Vec<Scalar> = Ledger::NAMES
         .iter()
         .map(|(name, unit, meaning)| Scalar::new(*name, unit, ScalarKind::Balance).meaning(*meaning))
         .collect();
-    for probe in probes {
+    for (probe, _) in probes {
         scalars.extend(probe.scalars(D));
     }
     Description {

@@ -6,6 +6,7 @@ use crate::properties::FluidProperties;
 use sph::kernel::CubicSpline;
 use sph::neighbours::CellGrid;
 use sph::{Matrix, Vector, tensor};
+use words::rigid::Pose;
 
 /// Interpolation of a state's fields at any points.
 pub struct Probe<'a, const D: usize> {
@@ -41,15 +42,21 @@ pub struct Body<const D: usize> {
 }
 
 impl<const D: usize, M> State<D, M> {
-    /// The fluid between two corners (m), particles `spacing` (m) apart, those that fly alone left out.
-    pub fn body_in(&self, spacing: f64, (low, high): (Vector<D>, Vector<D>)) -> Body<D> {
+    /// The fluid between two corners (m), particles `spacing` (m) apart, those that fly alone left out; where
+    /// a pose is given, as seen by whoever has come to it.
+    pub fn body_in(
+        &self,
+        spacing: f64,
+        (low, high): (Vector<D>, Vector<D>),
+        pose: Option<&Pose<D>>,
+    ) -> Body<D> {
         let half = 0.5 * spacing;
         let mut body = Body { low: high, high: low, centroid: Vector::zeros(), spread: Vector::zeros() };
         let inside = |r: &Vector<D>| (0..D).all(|i| r[i] >= low[i] && r[i] <= high[i]);
         let members = || {
             let together = self.classes.iter().map(|class| *class != SurfaceClass::Splash);
-            let members =
-                self.positions.iter().zip(together).filter(move |(r, together)| *together && inside(r));
+            let seen = self.positions.iter().map(|r| pose.map_or(*r, |pose| pose.at_rest(r)));
+            let members = seen.zip(together).filter(move |(r, together)| *together && inside(r));
             members.map(|(r, _)| r)
         };
         let mut count = 0.0;

@@ -61,6 +61,10 @@ pub enum ErrorKind {
     #[error("dead load {load} names particle {particle}, but there are {count}")]
     #[expect(missing_docs, reason = "the message names each")]
     LoadedParticle { load: usize, particle: usize, count: usize },
+    /// A motion of a particle that is not fixed.
+    #[error("motion {index} moves particle {particle}, which is not fixed; give it fixed particles alone")]
+    #[expect(missing_docs, reason = "the message names each")]
+    MovedParticle { index: usize, particle: usize },
     /// A particle whose neighbours do not span space.
     #[error(
         "particle {particle} has {neighbours} neighbours that do not span all directions; use at least two particles through the thickness or a larger smoothing_ratio"

@@ -11,6 +11,7 @@
 //! |---|---|
 //! | what a structure is made of | [`bodies`]: particles, their cells, points between them; [`Setup`] |
 //! | how it answers strain | [`materials`]: the laws, one file each |
+//! | how its clamps move | [`ClampMotion`] |
 //! | what acts on it | `loads`: the fluid's load, dead loads; `external`: the accelerations that they give |
 //! | what changes in time | [`State`], and its bytes for a restart |
 //! | what a method gives | [`solid`]: the one trait that a second method implements |
@@ -60,7 +61,7 @@ pub use loads::{DeadLoad, History, Load};
 pub use materials::{Law, Material, Plane};
 pub use options::{Gradient, Options};
 pub use particles::Particles;
-pub use setup::Setup;
+pub use setup::{ClampMotion, Setup};
 pub use solid::Solid;
 pub use state::{Derived, Energy, Report, Stability, State};
 pub use tlsph::total_lagrangian::TotalLagrangian;

@@ -2,6 +2,7 @@
 
 use crate::error::SetupError;
 use crate::setup::Setup;
+use crate::state::State;
 use sph::Vector;
 
 /// The particles of all bodies, in the setup's order, in the reference configuration. Nothing of it changes
@@ -18,7 +19,7 @@ pub struct Particles<const D: usize> {
     pub densities: Vec<f64>,
     /// Masses `ρ_s V` (kg).
     pub masses: Vec<f64>,
-    /// Which particles are fixed.
+    /// Which particles are fixed: they stay, or move by a law of the setup.
     pub clamped: Vec<bool>,
     /// The particles that are not fixed, ascending.
     pub free: Vec<u32>,
@@ -59,6 +60,32 @@ impl<const D: usize> Particles<D> {
     /// Whether there are no particles (there always are).
     pub fn is_empty(&self) -> bool {
         self.reference_positions.is_empty()
+    }
+
+    /// Whether any fixed particle moves by a law.
+    pub fn clamps_move(&self) -> bool {
+        !self.setup.motions.is_empty()
+    }
+
+    /// Calls `place(particle, displacement, velocity)` (m, m/s) for each fixed particle that moves by a law,
+    /// with what the law says at a time (s).
+    pub fn follow_clamps(&self, time: f64, mut place: impl FnMut(usize, Vector<D>, Vector<D>)) {
+        for moving in &self.setup.motions {
+            let (pose, twist) = (moving.motion.pose(time), moving.motion.twist(time));
+            for &particle in &moving.particles {
+                let reference = self.reference_positions[particle];
+                let moved = pose.moved(&reference);
+                place(particle, moved - reference, twist.at(&moved));
+            }
+        }
+    }
+
+    /// Puts the fixed particles that move by a law where it says at a state's time.
+    pub fn put_clamps(&self, state: &mut State<D>) {
+        self.follow_clamps(state.time, |particle, displacement, velocity| {
+            state.positions[particle] = self.reference_positions[particle] + displacement;
+            state.velocities[particle] = velocity;
+        });
     }
 
     /// Momentum (kg m/s) of the free particles.

@@ -5,6 +5,7 @@ use crate::error::{ErrorKind, SetupError};
 use crate::loads::DeadLoad;
 use crate::options::{Gradient, Options, SAFETY};
 use sph::Vector;
+use words::rigid::Motion;
 
 impl<const D: usize> Body<D> {
     /// Clamps the face of a box as the gradient wants it: on the face for the quadratic one, by fixed rows
@@ -21,6 +22,15 @@ impl<const D: usize> Body<D> {
     }
 }
 
+/// Fixed particles that move together by a law, as one rigid body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClampMotion<const D: usize> {
+    /// The particles, fixed ones, in the setup's numbers.
+    pub particles: Vec<usize>,
+    /// How they move.
+    pub motion: Motion<D>,
+}
+
 /// Everything a structure is made of.
 #[derive(Clone, Debug)]
 pub struct Setup<const D: usize> {
@@ -30,6 +40,8 @@ pub struct Setup<const D: usize> {
     pub gravity: Vector<D>,
     /// Dead loads.
     pub dead_loads: Vec<DeadLoad<D>>,
+    /// Fixed particles that move by a law; the others stay where they are.
+    pub motions: Vec<ClampMotion<D>>,
     /// Choices of the method.
     pub options: Options,
 }
@@ -38,7 +50,13 @@ impl<const D: usize> Setup<D> {
     /// Bodies without loads, with the default options: the quadratic gradient. Clamp them for the same
     /// gradient ([`Body::clamp`]).
     pub fn new(bodies: Vec<Body<D>>) -> Self {
-        Self { bodies, gravity: Vector::zeros(), dead_loads: Vec::new(), options: Options::default() }
+        Self {
+            bodies,
+            gravity: Vector::zeros(),
+            dead_loads: Vec::new(),
+            motions: Vec::new(),
+            options: Options::default(),
+        }
     }
 
     /// Finds all mistakes.
@@ -74,6 +92,13 @@ impl<const D: usize> Setup<D> {
         for (load, dead) in self.dead_loads.iter().enumerate() {
             if let Some(&(particle, _)) = dead.particles.iter().find(|(p, _)| *p >= first) {
                 mistakes.push(ErrorKind::LoadedParticle { load, particle, count: first });
+            }
+        }
+        let clamped: Vec<bool> = self.bodies.iter().flat_map(|b| b.clamped.iter().copied()).collect();
+        for (index, moving) in self.motions.iter().enumerate() {
+            let is_free = |particle: &&usize| !clamped.get(**particle).is_some_and(|clamped| *clamped);
+            if let Some(&particle) = moving.particles.iter().find(is_free) {
+                mistakes.push(ErrorKind::MovedParticle { index, particle });
             }
         }
         if mistakes.is_empty() { Ok(()) } else { Err(SetupError { mistakes }) }

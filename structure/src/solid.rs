@@ -21,7 +21,7 @@ pub trait Solid<const D: usize>: Sized {
     /// Its particles.
     fn particles(&self) -> &Particles<D>;
 
-    /// The state at rest in the reference configuration at a time (s).
+    /// The state at rest in the reference configuration at a time (s), clamps where they are then.
     fn state_at_rest(&self, time: f64) -> State<D>;
 
     /// Sets the kinetic and strain energy and the stable step of a state made by hand (with initial

@@ -3,7 +3,7 @@
 use sph::Vector;
 use words::bytes::{self, Reader, Writer};
 
-const MAGIC: &[u8; 8] = b"mnscsol1";
+const MAGIC: &[u8; 8] = b"mnscsol2";
 
 /// Positions, velocities and energies at one time, particles in the order of the setup.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,7 +12,7 @@ pub struct State<const D: usize> {
     pub time: f64,
     /// Positions `x` (m).
     pub positions: Vec<Vector<D>>,
-    /// Velocities `u` (m/s); zero for clamped particles.
+    /// Velocities `u` (m/s); zero for clamped particles that stay.
     pub velocities: Vec<Vector<D>>,
     /// Energies.
     pub energy: Energy,
@@ -28,11 +28,11 @@ impl<const D: usize> State<D> {
 
     /// The state as bytes, for a restart that is identical to the bit.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let Energy { kinetic, strain, load_work, dissipated } = self.energy;
+        let Energy { kinetic, strain, load_work, clamp_work, dissipated } = self.energy;
         let Stability { strain: found_at, step } = self.stability;
         let mut state = Writer::new(MAGIC);
         state.usize(D);
-        for number in [self.time, kinetic, strain, load_work, dissipated, found_at, step] {
+        for number in [self.time, kinetic, strain, load_work, clamp_work, dissipated, found_at, step] {
             state.f64(number);
         }
         state.vectors(&self.positions);
@@ -56,6 +56,7 @@ impl<const D: usize> State<D> {
                 kinetic: state.f64("kinetic energy")?,
                 strain: state.f64("strain energy")?,
                 load_work: state.f64("load work")?,
+                clamp_work: state.f64("clamp work")?,
                 dissipated: state.f64("dissipated energy")?,
             },
             stability: Stability {
@@ -93,15 +94,18 @@ pub struct Energy {
     pub strain: f64,
     /// Work that gravity, dead loads and the fluid's load have done since the start.
     pub load_work: f64,
+    /// Work that clamps which move have done on the structure since the start. What acts on the fixed
+    /// particles themselves they bear, and it is in neither work.
+    pub clamp_work: f64,
     /// Energy that damping has taken since the start.
     pub dissipated: f64,
 }
 
 impl Energy {
-    /// `kinetic + strain + dissipated − load work`: constant up to the error of the time integration, for
-    /// laws with a potential.
+    /// `kinetic + strain + dissipated − load work − clamp work`: constant up to the error of the time
+    /// integration, for laws with a potential.
     pub fn balance(&self) -> f64 {
-        self.kinetic + self.strain + self.dissipated - self.load_work
+        self.kinetic + self.strain + self.dissipated - self.load_work - self.clamp_work
     }
 }
 

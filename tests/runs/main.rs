@@ -15,6 +15,7 @@ mod mapped;
 mod outputs;
 mod processes;
 mod python;
+mod rolling;
 mod solvers;
 mod support;
 mod unit;

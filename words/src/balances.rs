@@ -12,6 +12,8 @@ pub const DISSIPATED_ENERGY: &str = "dissipated_energy";
 pub const LOAD_WORK: &str = "load_work";
 /// Kinetic and potential energy that left with particles since the start (J).
 pub const LEFT_ENERGY: &str = "left_energy";
+/// Work of clamps that move (J).
+pub const CLAMP_WORK: &str = "clamp_work";
 /// Change of the fluid's volume over that at the start.
 pub const VOLUME_DRIFT: &str = "volume_drift";
 /// Particles that left the domain.

@@ -9,4 +9,5 @@ pub mod coupling;
 pub mod geometry;
 pub mod motion;
 pub mod probe;
+pub mod rigid;
 pub mod text;

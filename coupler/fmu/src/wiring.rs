@@ -71,11 +71,12 @@ pub enum Values {
 }
 
 /// What a participant's report holds by default, where the unit has variables of these names.
-const ENERGIES: [&str; 5] = [
+const ENERGIES: [&str; 6] = [
     names::KINETIC_ENERGY,
     names::STRAIN_ENERGY,
     names::POTENTIAL_ENERGY,
     names::LOAD_WORK,
+    names::CLAMP_WORK,
     names::DISSIPATED_ENERGY,
 ];
 

@@ -438,7 +438,7 @@ fn slides_along<const D: usize>(
     else {
         return None;
     };
-    let axis = direction.iamax();
+    let axis = Vector::from(*direction).iamax();
     if !slides_with(part, &Vector::from_fn(|i, _| f64::from(u8::from(i == axis)))) {
         return None;
     }
@@ -451,6 +451,7 @@ fn slides_along<const D: usize>(
 /// Whether a part moves in this direction or against it.
 fn slides_with<const D: usize>(part: &WallPart<D>, along: &Vector<D>) -> bool {
     let Some(Motion::Translation { direction, .. }) = &part.motion else { return false };
+    let direction = Vector::from(*direction);
     direction.dot(along).abs() > (1.0 - 1e-12) * along.norm() * direction.norm()
 }
 

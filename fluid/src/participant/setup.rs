@@ -1,9 +1,10 @@
 //! From the case to particles, walls and options.
 
 use super::{failed, section};
-use crate::{FluidProperties, Motion, Options, State, WallPart, WallShape, Walls};
+use crate::{FluidProperties, Options, State, WallPart, WallShape, Walls};
 use interfaces::Result;
 use interfaces::case::fluid::{self, Slip};
+use interfaces::case::motion::Motion;
 use interfaces::case::region::{FluidVelocity, Region};
 use interfaces::case::{AxisBox, Case};
 use sph::Vector;
@@ -102,19 +103,8 @@ fn wall_part<const D: usize>(wall: &fluid::Wall) -> WallPart<D> {
         _ => unreachable!("a wall of a checked case is a box, or a polyline with its solid side"),
     };
     let velocity = Vector::from_column_slice(&wall.velocity);
-    WallPart { name: wall.name.clone(), shape, velocity, motion: wall.motion.as_ref().map(motion) }
-}
-
-fn motion<const D: usize>(from: &fluid::WallMotion) -> Motion<D> {
-    let law = from.law().expect("a motion of a checked case has a law");
-    match (&from.direction, &from.pivot) {
-        (Some(direction), _) => {
-            let direction: Vector<D> = Vector::from_column_slice(direction);
-            Motion::Translation { direction: direction.normalize(), law }
-        }
-        (None, Some(pivot)) => Motion::Rotation { pivot: Vector::from_column_slice(pivot), law },
-        (None, None) => unreachable!("a motion of a checked case has a direction or a pivot"),
-    }
+    let motion = wall.moves().and_then(Motion::rigid);
+    WallPart { name: wall.name.clone(), shape, velocity, motion }
 }
 
 /// The options that the case describes: its numerics, and what the coupling asks of the fluid.

@@ -7,7 +7,7 @@ use sph::Vector;
 fn gate_tank(dx: f64, law: Law) -> Run<2> {
     let t = 4.0 * dx;
     let mut gate = solid("gate", v(0.1, 0.0), v(0.1 + t, 0.3));
-    gate.motion = Some(Motion::Translation { direction: v(0.0, 1.0), law });
+    gate.motion = Some(Motion::Translation { direction: [0.0, 1.0], law });
     let walls = vec![
         solid("bed", v(-t, -t), v(0.5 + t, 0.0)),
         solid("left", v(-t, 0.0), v(0.0, 0.6)),
@@ -89,7 +89,7 @@ fn a_tank_that_rolls_keeps_its_water() {
     let (width, height) = (0.4, 0.2);
     let t = 4.0 * dx;
     let law = Law::Sine { amplitude: 0.0873, period: 2.0, phase: 0.0 };
-    let motion = Motion::Rotation { pivot: v(0.5 * width, 0.0), law: law.clone() };
+    let motion = Motion::Rotation { pivot: [0.5 * width, 0.0], law: law.clone() };
     let mut walls = vec![
         solid("bed", v(-t, -t), v(width + t, 0.0)),
         solid("left", v(-t, 0.0), v(0.0, 0.5)),

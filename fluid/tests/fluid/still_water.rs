@@ -180,7 +180,7 @@ fn a_wall_that_slides_along_itself_does_no_work() {
         let motion = (speed > 0.0).then(|| {
             let law =
                 Law::Table { table: vec![[-1.0, -speed], [0.0, 0.0], [1.0, speed], [2.0, 2.0 * speed]] };
-            Motion::Translation { direction: Vector::from([0.0, 1.0]), law }
+            Motion::Translation { direction: [0.0, 1.0], law }
         });
         let thick = 4.0 * dx;
         let v = |x: f64, y: f64| Vector::from([x, y]);

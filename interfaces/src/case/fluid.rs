@@ -1,6 +1,7 @@
 //! `[fluid]`: its keys.
 
 use super::geometry::{AxisBox, PerAxis};
+use super::motion::{Motion, Moving};
 use super::participant::Participant;
 use super::region::Region;
 use super::section::AnyTable;
@@ -8,7 +9,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 use words::geometry::{Axis, Side};
-use words::motion::Law;
 
 /// The fluid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -76,8 +76,16 @@ pub struct Wall {
     /// Velocity of its surface (m/s) along itself: a belt, a lid. At rest if left out.
     #[schemars(with = "Option<PerAxis<f64>>")]
     pub velocity: Vec<f64>,
-    /// How the wall moves: a gate that lifts, a tank that rolls. It stays in its place if left out.
-    pub motion: Option<WallMotion>,
+    /// How the wall moves: a gate that lifts, a tank that rolls; a motion, or the name of one. It stays in
+    /// its place if left out.
+    pub motion: Option<Moving>,
+}
+
+impl Wall {
+    /// How it moves, where it does.
+    pub fn moves(&self) -> Option<&Motion> {
+        self.motion.as_ref().and_then(Moving::motion)
+    }
 }
 
 /// Tangential velocity at a wall.
@@ -88,38 +96,4 @@ pub enum Slip {
     FreeSlip,
     /// The wall's own velocity.
     NoSlip,
-}
-
-/// A number over time, from a `table` or a sine (`amplitude`, `period`), times a `direction` (m) or about a
-/// `pivot` (rad).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct WallMotion {
-    /// Direction along which the wall moves; its length does not count.
-    #[schemars(with = "Option<PerAxis<f64>>")]
-    pub direction: Option<Vec<f64>>,
-    /// Point about which the wall turns from x to y (m); in three dimensions about the line through it along
-    /// z.
-    #[schemars(with = "Option<PerAxis<f64>>")]
-    pub pivot: Option<Vec<f64>>,
-    /// Pairs of time (s) and distance (m) or angle (rad), a smooth curve between; at rest before and after.
-    pub table: Option<Vec<[f64; 2]>>,
-    /// Amplitude of a sine (m or rad).
-    pub amplitude: Option<f64>,
-    /// Period of the sine (s).
-    #[schemars(extend("exclusiveMinimum" = 0))]
-    pub period: Option<f64>,
-    /// Phase of the sine (rad): amplitude · (sin(2πt/period + phase) − sin(phase)); 0 if left out.
-    pub phase: Option<f64>,
-}
-
-impl WallMotion {
-    /// The number over time: m or rad. None of a motion without a law, which no checked case has.
-    pub fn law(&self) -> Option<Law> {
-        let sine = || {
-            let phase = self.phase.unwrap_or(0.0);
-            Some(Law::Sine { amplitude: self.amplitude?, period: self.period?, phase })
-        };
-        self.table.clone().map(|table| Law::Table { table }).or_else(sine)
-    }
 }

@@ -1,10 +1,12 @@
 //! The keys of a case, each declared once: name, meaning, type and range of a key are those of its field,
-//! here and in [`super::fluid`], [`super::structure`], [`super::probe`], [`super::coupling`] and the solvers'
-//! sections. A field whose schema is an `Option` may be left out, and `defaults` says what it is then.
+//! here and in [`super::fluid`], [`super::structure`], [`super::motion`], [`super::probe`],
+//! [`super::coupling`] and the solvers' sections. A field whose schema is an `Option` may be left out, and
+//! `defaults` says what it is then.
 
 use super::coupling::Coupling;
 use super::fluid::Fluid;
 use super::geometry::PerAxis;
+use super::motion::Motion;
 use super::participant::Start;
 use super::probe::{Probe, Reference};
 use super::section::AnyTable;
@@ -12,6 +14,7 @@ use super::structure::Structure;
 use crate::participant::Role;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A meniscus case. SI units throughout.
@@ -28,6 +31,9 @@ pub struct Case {
     /// The coupling of fluid and structure.
     #[schemars(with = "Option<AnyTable>")]
     pub coupling: Option<Coupling>,
+    /// Motions by name, for walls, clamps and probes.
+    #[serde(default, rename = "motion", skip_serializing_if = "BTreeMap::is_empty")]
+    pub motions: BTreeMap<String, Motion>,
     /// Quantities recorded at every window.
     #[serde(default, rename = "probe")]
     pub probes: Vec<Probe>,
@@ -43,6 +49,22 @@ impl Case {
             Role::Fluid => self.fluid.as_ref().map(|fluid| fluid.participant.start()),
             Role::Structure => self.structure.as_ref().map(|structure| structure.participant.start()),
         }
+    }
+
+    /// What a probe may go with: the names of motions, walls and clamps, and how each moves, where it does.
+    pub fn frames(&self) -> Vec<(&str, Option<&Motion>)> {
+        let motions = self.motions.iter().map(|(name, motion)| (name.as_str(), Some(motion)));
+        let walls = self.fluid.iter().flat_map(|fluid| &fluid.walls);
+        let walls = walls.map(|wall| (wall.name.as_str(), wall.moves()));
+        let clamps = self.structure.iter().flat_map(|structure| &structure.clamps);
+        let clamps = clamps.map(|clamp| (clamp.name.as_str(), clamp.moves()));
+        motions.chain(walls).chain(clamps).collect()
+    }
+
+    /// How the frame of a probe moves, where it does.
+    pub fn frame_of(&self, probe: &Probe) -> Option<&Motion> {
+        let name = probe.relative_to.as_deref()?;
+        self.frames().into_iter().find(|(frame, _)| *frame == name)?.1
     }
 
     /// Makes the files that the case names absolute: they are sought from where `file`, the case file, is.

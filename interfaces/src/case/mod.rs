@@ -20,6 +20,7 @@ mod findings;
 pub mod fluid;
 pub mod geometry;
 mod keys;
+pub mod motion;
 mod nearest;
 pub mod participant;
 pub mod probe;

@@ -26,6 +26,10 @@ pub struct Probe {
     pub body: Option<String>,
     /// The wall, where the fluid has more than one.
     pub wall: Option<String>,
+    /// Wall, clamp or motion with which the probe goes: it records in the frame that moves so, along axes
+    /// that turn with it, and a point of the fluid or of a wall, or a box, goes along. The frame at rest if
+    /// left out.
+    pub relative_to: Option<String>,
 }
 
 /// What a probe looks at.
@@ -104,7 +108,7 @@ impl Probe {
     /// What it records, in words.
     fn meaning(&self) -> String {
         let quantity = self.quantity;
-        match self.target() {
+        let meaning = match self.target() {
             ProbeTarget::StructurePoint { body, at } => format!("{quantity} of {body} at {at:?} m"),
             ProbeTarget::Body(body) => format!("{quantity} of the fluid on {body}"),
             ProbeTarget::FluidPoint(at) => format!("{quantity} of the fluid at {at:?} m"),
@@ -114,6 +118,10 @@ impl Probe {
             }
             ProbeTarget::WallPoint { wall, at } => format!("{quantity} on {wall} at {at:?} m"),
             ProbeTarget::Wall(wall) => format!("{quantity} of the fluid on {wall}"),
+        };
+        match &self.relative_to {
+            Some(frame) => format!("{meaning}, seen from {frame}"),
+            None => meaning,
         }
     }
 

@@ -1,6 +1,7 @@
 //! `[structure]`: its keys.
 
 use super::geometry::{AxisBox, Ball, PerAxis};
+use super::motion::{Motion, Moving};
 use super::participant::Participant;
 use super::section::AnyTable;
 use super::velocity::InitialVelocity;
@@ -103,6 +104,11 @@ pub struct Clamp {
     /// Ball on whose arc the body ends, held there by fixed points: what of the body is inside is left out;
     /// quadratic gradient, two dimensions only.
     pub circle: Option<Ball>,
+    /// How the clamp moves, and what it holds with it: a motion, or the name of one. It stays in its place if
+    /// left out.
+    pub motion: Option<Moving>,
+    /// Wall with which the clamp moves, instead of a motion.
+    pub with_wall: Option<String>,
 }
 
 /// What a clamp holds.
@@ -123,6 +129,11 @@ pub enum ClampRegion<'a> {
 }
 
 impl Clamp {
+    /// How it moves, where it does.
+    pub fn moves(&self) -> Option<&Motion> {
+        self.motion.as_ref().and_then(Moving::motion)
+    }
+
     /// What it holds; nothing of a clamp without a region, which no checked case has.
     pub fn region(&self) -> Option<ClampRegion<'_>> {
         let rows = self.rows.unwrap_or(0) as usize;

@@ -266,7 +266,8 @@ pub(crate) fn energy(windows: &Columns) -> Vec<Figure> {
         figures.push(energy_figure(&format!("Energy of the {side}"), curves, caption.to_owned()));
         figures.extend(work_figure(windows, times, side));
         let of_work = |name: &str| {
-            owner_of(name) == side && name.ends_with("_work") && quantity_of(name) != balances::LOAD_WORK
+            let energy = [balances::LOAD_WORK, balances::CLAMP_WORK].contains(&quantity_of(name));
+            owner_of(name) == side && name.ends_with("_work") && !energy
         };
         figures.extend(figure(windows, &format!("Works on the {side}"), of_work, false, WORKS));
         totals.push((side, total));
@@ -306,25 +307,32 @@ fn energy_figure(title: &str, curves: Vec<Curve>, caption: String) -> Figure {
     Figure { plot, caption }
 }
 
-/// The work of all loads on a side (gravity among them) and what became of it: kinetic, strain and dissipated
-/// energy. Without `load_work` there is none.
+/// The work of all loads on a side (gravity among them), that of clamps that move, and what became of it:
+/// kinetic, strain and dissipated energy. Without `load_work` there is none.
 fn work_figure(windows: &Columns, times: &[f64], side: &str) -> Option<Figure> {
     let column = |name: &str| windows.get(&format!("{side}.{name}"));
-    let work = column(balances::LOAD_WORK)?;
+    let of_loads = column(balances::LOAD_WORK)?;
+    let of_clamps = column(balances::CLAMP_WORK);
+    let work = sum(std::iter::once(of_loads).chain(of_clamps));
     let kept = [balances::KINETIC_ENERGY, balances::STRAIN_ENERGY, balances::DISSIPATED_ENERGY];
     let stored = sum(kept.into_iter().filter_map(column));
     let first = stored.first()? - work.first()?;
     let error = |(e, w): (&f64, &f64)| (e - w - first).abs();
-    let largest = stored.iter().zip(work).map(error).fold(0.0, f64::max);
+    let largest = stored.iter().zip(&work).map(error).fold(0.0, f64::max);
     let scale = stored.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
+    let and_clamps = if of_clamps.is_some() { ", and of clamps that move" } else { "" };
     let caption = format!(
-        "Kinetic, strain and dissipated energy together, and the work of all loads, gravity among them. Since the first window their \
+        "Kinetic, strain and dissipated energy together, and the work of all loads, gravity among them{and_clamps}. Since the first window their \
          difference has changed by {} at most, {} of the largest energy.",
         scale::quantity(largest, "J"),
         scale::short(if scale > 0.0 { largest / scale } else { 0.0 })
     );
-    let curves =
-        vec![curve("kinetic + strain + dissipated", times, &stored), curve("work of loads", times, work)];
+    let mut curves =
+        vec![curve("kinetic + strain + dissipated", times, &stored), curve("work of loads", times, of_loads)];
+    if let Some(of_clamps) = of_clamps {
+        curves.push(curve("work of clamps", times, of_clamps));
+        curves.push(curve("work of both", times, &work));
+    }
     Some(energy_figure(&format!("Energy and work, {side}"), curves, caption))
 }
 
@@ -433,6 +441,16 @@ mod tests {
         // 5 − 4.5 at the end, 1 at the start: a change of 0.5, a tenth of 5.
         let caption = &figures[1].caption;
         assert!(caption.contains("by 500 mJ at most, 0.1 of"), "{caption}");
+        let driven = table(&[
+            ("time", &[0.0, 1.0]),
+            ("structure.kinetic_energy", &[0.0, 5.0]),
+            ("structure.load_work", &[0.0, 1.5]),
+            ("structure.clamp_work", &[0.0, 3.0]),
+        ]);
+        let figures = energy(&driven);
+        assert_eq!(figures.len(), 2);
+        assert_eq!(figures[1].plot.curves[3].values, [0.0, 4.5]);
+        assert!(figures[1].caption.contains("by 500 mJ at most, 0.1 of"), "{}", figures[1].caption);
     }
 
     #[test]

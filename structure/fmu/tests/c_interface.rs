@@ -14,7 +14,7 @@ type Handle = *mut c_void;
 const OK: i32 = 0;
 const ERROR: i32 = 3;
 
-/// A plate of 3 × 30 particles that swings, as `cases/oscillating_plate`.
+/// A plate of 3 × 30 particles that swings, as `cases/oscillating_plate`, on a base that begins to move.
 const PLATE: &str = r#"
 [case]
 title = "Plate <&> beam"
@@ -41,6 +41,7 @@ velocity = { mode = "cantilever", clamped_face = "left", tip_velocity = [0.0, 0.
 name = "root"
 body = "plate"
 face = "left"
+motion = { direction = [0.0, 1.0], amplitude = 2e-3, period = 0.05, start = 2e-3, ramp = 0.01 }
 
 [[probe]]
 name = "tip"

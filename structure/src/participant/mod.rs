@@ -11,13 +11,14 @@ mod snapshot;
 use crate::bodies::point::MaterialPoint;
 use crate::loads::Load;
 use crate::particles::Particles;
-use crate::probes::Reading;
+use crate::probes::{Reading, What};
 use crate::solid::Solid;
 use crate::state::{Derived, State};
 use crate::tlsph::total_lagrangian::TotalLagrangian;
 use error::failed;
 use interfaces::case::Case;
 use interfaces::case::coupling::LoadInWindow;
+use interfaces::case::motion::Motion;
 use interfaces::case::probe::{Probe, ProbeTarget};
 use interfaces::port::names;
 use interfaces::{
@@ -120,7 +121,10 @@ fn build<S: Solid<D>, const D: usize>(case: &Case) -> Result<(S, State<D>)> {
     let made = setup::from_case::<D>(case)?;
     let mut solid = S::new(made.setup).map_err(failed)?;
     let mut state = solid.state_at_rest(0.0);
-    state.velocities = made.velocities;
+    for &particle in &solid.particles().free {
+        let particle = particle as usize;
+        state.velocities[particle] = made.velocities[particle];
+    }
     solid.evaluate(&mut state).map_err(failed)?;
     Ok((solid, state))
 }
@@ -154,7 +158,7 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
         let particles = solid.particles();
         let points = particles.interface.len();
         Ok(Self {
-            description: describe::<D>(case, S::METHOD, points),
+            description: describe::<D>(case, S::METHOD, points, particles.clamps_move()),
             trial: accepted.clone(),
             accepted,
             load: vec![Vector::zeros(); points],
@@ -188,7 +192,9 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
     fn scalars(&self, state: &State<D>) -> Vec<f64> {
         let (energy, particles) = (&state.energy, self.solid.particles());
         let potential = particles.potential_energy(&state.positions);
-        let mut scalars = vec![energy.kinetic, energy.strain, potential, energy.load_work, energy.dissipated];
+        let mut scalars = vec![energy.kinetic, energy.strain, potential, energy.load_work];
+        scalars.extend(particles.clamps_move().then_some(energy.clamp_work));
+        scalars.push(energy.dissipated);
         for reading in &self.readings {
             scalars.extend(reading.value(particles, state, &self.load).iter());
         }
@@ -222,6 +228,7 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
     fn initialize(&mut self, start: f64, _inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         self.accepted.time = start;
         let particles = self.solid.particles();
+        particles.put_clamps(&mut self.accepted);
         if let Some(field) = outputs.get_mut(names::REFERENCE_VOLUME) {
             for (to, &particle) in field.iter_mut().zip(&particles.interface) {
                 *to = particles.volumes[particle as usize];
@@ -324,17 +331,19 @@ fn take_vectors<const D: usize>(inputs: &Fields, name: &str, vectors: &mut [Vect
     }
 }
 
-fn describe<const D: usize>(case: &Case, method: &str, points: usize) -> Description {
+fn describe<const D: usize>(case: &Case, method: &str, points: usize, clamps_move: bool) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, Some(points), direction);
-    let mut scalars = [
-        (names::KINETIC_ENERGY, "kinetic energy"),
-        (names::STRAIN_ENERGY, "elastic energy of strain"),
-        (names::POTENTIAL_ENERGY, "potential energy of gravity"),
-        (names::LOAD_WORK, "work of all loads since the start, gravity among them"),
-        (names::DISSIPATED_ENERGY, "energy that damping took since the start"),
-    ]
-    .map(|(name, meaning)| Scalar::new(name, "J", ScalarKind::Balance).meaning(meaning))
-    .to_vec();
+    let clamps = (names::CLAMP_WORK, "work of the clamps that move since the start");
+    let balances = [
+        Some((names::KINETIC_ENERGY, "kinetic energy")),
+        Some((names::STRAIN_ENERGY, "elastic energy of strain")),
+        Some((names::POTENTIAL_ENERGY, "potential energy of gravity")),
+        Some((names::LOAD_WORK, "work of all loads since the start, gravity among them")),
+        clamps_move.then_some(clamps),
+        Some((names::DISSIPATED_ENERGY, "energy that damping took since the start")),
+    ];
+    let balance = |(name, meaning)| Scalar::new(name, "J", ScalarKind::Balance).meaning(meaning);
+    let mut scalars: Vec<Scalar> = balances.into_iter().flatten().map(balance).collect();
     for probe in case.probes.iter().filter(|p| p.is_on_structure()) {
         scalars.extend(probe.scalars(D));
     }
@@ -360,18 +369,20 @@ fn describe<const D: usize>(case: &Case, method: &str, points: usize) -> Descrip
 
 fn readings<const D: usize>(case: &Case, particles: &Particles<D>) -> Result<Vec<Reading<D>>> {
     let bodies = &case.structure.as_ref().expect("a structure is made of a case that has one").bodies;
-    case.probes
-        .iter()
-        .filter(|p| p.is_on_structure())
-        .map(|probe| reading(probe, bodies, particles))
+    let on_structure = case.probes.iter().filter(|p| p.is_on_structure());
+    on_structure
+        .map(|probe| {
+            let frame = case.frame_of(probe).and_then(Motion::rigid);
+            Ok(Reading { of: read(probe, bodies, particles)?, frame })
+        })
         .collect()
 }
 
-fn reading<const D: usize>(
+fn read<const D: usize>(
     probe: &Probe,
     bodies: &[interfaces::case::structure::Body],
     particles: &Particles<D>,
-) -> Result<Reading<D>> {
+) -> Result<What<D>> {
     let made = &particles.setup.bodies;
     let body_of = |name: &str| {
         let index =
@@ -388,9 +399,9 @@ fn reading<const D: usize>(
                 .expect("a body of a checked case has particles");
             point.weights.iter_mut().for_each(|(particle, _)| *particle += first);
             Ok(match probe.quantity {
-                ProbeQuantity::Displacement => Reading::Displacement(point),
-                ProbeQuantity::Position => Reading::Position(point),
-                ProbeQuantity::Velocity => Reading::Velocity(point),
+                ProbeQuantity::Displacement => What::Displacement(point),
+                ProbeQuantity::Position => What::Position(point),
+                ProbeQuantity::Velocity => What::Velocity(point),
                 other => {
                     return Err(failed(format!(
                         "probe `{}`: a point of the structure has no {other:?}",
@@ -401,7 +412,7 @@ fn reading<const D: usize>(
         }
         ProbeTarget::Body(name) => {
             let (index, first) = body_of(name);
-            Ok(Reading::Force(first..first + made[index].positions.len()))
+            Ok(What::Force(first..first + made[index].positions.len()))
         }
         other => Err(failed(format!("probe `{}`: {other:?} is not on the structure", probe.name))),
     }

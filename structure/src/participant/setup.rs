@@ -4,8 +4,9 @@ use super::error::failed;
 use super::section;
 use super::section::Elastic;
 use crate::bodies::filling::{Filling, rectangle, without_disc};
-use crate::{Body, Cell, DeadLoad, History, MaterialPoint, Setup, Side};
+use crate::{Body, Cell, ClampMotion, DeadLoad, History, MaterialPoint, Setup, Side};
 use interfaces::Result;
+use interfaces::case::motion::Motion;
 use interfaces::case::structure::{self, Clamp, ClampRegion};
 use interfaces::case::velocity::{CantileverVelocity, InitialVelocity};
 use interfaces::case::{AxisBox, Case};
@@ -27,7 +28,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
     let structure = case.structure.as_ref().ok_or_else(|| failed("the case has no structure"))?;
     let Elastic { material, density } =
         section::material(&structure.material, case.general.dimension).map_err(failed)?;
-    let (mut bodies, mut velocities) = (Vec::new(), Vec::new());
+    let (mut bodies, mut velocities, mut motions) = (Vec::new(), Vec::new(), Vec::new());
     for part in &structure.bodies {
         let (low, high) = corners::<D>(&part.bounds);
         let mut body = Body::block(low, high, structure.particle_spacing, material, density);
@@ -36,27 +37,15 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
         if off_lattice(part, &clamps) {
             (body, arcs) = scattered(part, &clamps, structure.particle_spacing, &body)?;
         }
+        let first = velocities.len();
         for clamp in clamps {
-            match clamp.region().expect("a clamp of a checked case holds something") {
-                ClampRegion::Face { face, rows: 0 } if !body.centroid_offsets.is_empty() => {
-                    body =
-                        body.with_fixed_nodes(&face_points(face, &part.bounds, structure.particle_spacing));
-                }
-                ClampRegion::Face { face, rows: 0 } => body = body.with_fixed_face(face.axis(), side(face)),
-                ClampRegion::Circle(_) => body = body.with_fixed_nodes(&std::mem::take(&mut arcs)),
-                ClampRegion::Face { face, rows } => {
-                    body = body.with_fixed_rows(face.axis(), side(face), rows);
-                }
-                ClampRegion::Box(bounds) => {
-                    let tolerance = TOUCHING * body.spacing();
-                    for (position, clamped) in body.positions.iter().zip(&mut body.clamped) {
-                        let inside = |i: usize| {
-                            bounds.low[i] - tolerance <= position[i]
-                                && position[i] <= bounds.high[i] + tolerance
-                        };
-                        *clamped |= (0..D).all(inside);
-                    }
-                }
+            let held = body.clamped.clone();
+            body = clamped(body, clamp, part, structure.particle_spacing, &mut arcs);
+            if let Some(motion) = clamp.moves().and_then(Motion::rigid) {
+                // What an earlier clamp holds is that one's.
+                let is_new = |n: &usize| body.clamped[*n] && !held.get(*n).is_some_and(|held| *held);
+                let particles = (0..body.positions.len()).filter(is_new).map(|n| first + n).collect();
+                motions.push(ClampMotion { particles, motion });
             }
         }
         for (position, clamped) in body.positions.iter().zip(&body.clamped) {
@@ -69,6 +58,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
         bodies.push(body);
     }
     let mut setup = Setup::new(bodies);
+    setup.motions = motions;
     setup.gravity = Vector::from_column_slice(&case.general.gravity);
     setup.options = section::options(&structure.numerics).map_err(failed)?;
     let mut first = 0;
@@ -79,6 +69,34 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
         first += body.positions.len();
     }
     Ok(Made { setup, velocities })
+}
+
+/// The body held by one clamp more; `arcs` are the fixed nodes of its circles.
+fn clamped<const D: usize>(
+    mut body: Body<D>,
+    clamp: &Clamp,
+    part: &structure::Body,
+    spacing: f64,
+    arcs: &mut Vec<Vector<D>>,
+) -> Body<D> {
+    match clamp.region().expect("a clamp of a checked case holds something") {
+        ClampRegion::Face { face, rows: 0 } if !body.centroid_offsets.is_empty() => {
+            body.with_fixed_nodes(&face_points(face, &part.bounds, spacing))
+        }
+        ClampRegion::Face { face, rows: 0 } => body.with_fixed_face(face.axis(), side(face)),
+        ClampRegion::Circle(_) => body.with_fixed_nodes(&std::mem::take(arcs)),
+        ClampRegion::Face { face, rows } => body.with_fixed_rows(face.axis(), side(face), rows),
+        ClampRegion::Box(bounds) => {
+            let tolerance = TOUCHING * body.spacing();
+            for (position, clamped) in body.positions.iter().zip(&mut body.clamped) {
+                let inside = |i: usize| {
+                    bounds.low[i] - tolerance <= position[i] && position[i] <= bounds.high[i] + tolerance
+                };
+                *clamped |= (0..D).all(inside);
+            }
+            body
+        }
+    }
 }
 
 fn corners<const D: usize>(bounds: &AxisBox) -> (Vector<D>, Vector<D>) {

@@ -69,6 +69,9 @@ pub(crate) struct Fields {
     pub scale: Field,
     /// Strain energy per volume (J/m³), filled where it is asked for.
     pub energy: Field,
+    /// What the pair sum is multiplied by to be the internal force (N) on a fixed particle that moves, zero
+    /// for all others.
+    pub clamp_scale: Field,
 }
 
 /// Rows of [`Fields::step`]: displacement and velocity at the step's start, velocity of the stage, (3) and
@@ -93,6 +96,7 @@ impl Fields {
             step: Field::new(row::COUNT * dimension, margin, count),
             scale: Field::new(1, margin, count),
             energy: Field::new(1, margin, count),
+            clamp_scale: Field::new(1, margin, count),
         }
     }
 }
@@ -161,6 +165,19 @@ pub(crate) fn acceleration_pass(
     out: &mut Field,
 ) {
     for_dimension!(dimension, gradient, acceleration_pass_in(stencil, fields, out));
+}
+
+/// Calls `visit(slice, force)` with the internal forces (N) on the fixed particles that move, zero for the
+/// others, for each of `slices` in order.
+pub(crate) fn visit_clamp_forces<const D: usize>(
+    gradient: Gradient,
+    stencil: &Stencil,
+    fields: &Fields,
+    slices: &[usize],
+    mut visit: impl FnMut(usize, &[Lanes; D]),
+) {
+    let mut copy = |s: usize, force: &[Lanes; 3]| visit(s, &row_of(|i| force[i]));
+    for_dimension!(D, gradient, visit_clamp_forces_in(stencil, fields, slices, &mut copy));
 }
 
 /// Calls `visit(slice, displacement gradient, strain-gradient energy per volume)` for every slice in order.
@@ -256,6 +273,21 @@ fn acceleration_pass_in<const D: usize, const K: usize>(stencil: &Stencil, field
         for i in 0..D {
             acceleration[i].store(out[i], s * LANES);
         }
+    }
+}
+
+fn visit_clamp_forces_in<const D: usize, const K: usize>(
+    stencil: &Stencil,
+    fields: &Fields,
+    slices: &[usize],
+    visit: &mut impl FnMut(usize, &[Lanes; 3]),
+) {
+    let pairs = Pairs { stencil, margin: stencil.margin };
+    let (conjugate, scale) = (fields.conjugate.rows::<D, K>(), fields.clamp_scale.component(0));
+    for &s in slices {
+        let mut padded = [Lanes::ZERO; 3];
+        padded[..D].copy_from_slice(&pairs.acceleration::<D, K>(s, &conjugate, scale));
+        visit(s, &padded);
     }
 }
 

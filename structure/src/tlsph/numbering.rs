@@ -40,6 +40,15 @@ impl Numbering {
         numbering
     }
 
+    /// The slices in which particles of these user indices are, ascending.
+    pub fn slices_of(&self, users: &[usize]) -> Vec<usize> {
+        let mut slices: Vec<usize> =
+            users.iter().map(|&user| self.internal_of[user] as usize / LANES).collect();
+        slices.sort_unstable();
+        slices.dedup();
+        slices
+    }
+
     /// Internal indices, fillers included.
     pub fn count(&self) -> usize {
         self.user_of.len()

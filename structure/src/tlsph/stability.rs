@@ -88,6 +88,10 @@ impl<const D: usize> TotalLagrangian<D> {
                 displacement: displacements[user],
             })
             .collect();
+        let mut fixed = Vec::new();
+        for &user in self.particles.setup.motions.iter().flat_map(|moving| &moving.particles) {
+            fixed.push((self.numbering.internal_of[user] as usize, displacements[user]));
+        }
         let count = free.len() * D;
         let mut scratch = Field::new(D, self.stencil.margin, self.numbering.count());
         let mut v = rough_start(count);
@@ -95,7 +99,7 @@ impl<const D: usize> TotalLagrangian<D> {
         let (mut diagonal, mut off_diagonal) = (Vec::new(), Vec::new());
         let mut beta = 0.0;
         for _ in 0..ITERATIONS.min(count) {
-            let mut w = self.stiffness_times(&v, &free, amplitude, &mut scratch);
+            let mut w = self.stiffness_times(&v, (&free, &fixed), amplitude, &mut scratch);
             let alpha = dot(&v, &w);
             for i in 0..count {
                 w[i] -= alpha * v[i] + beta * previous[i];
@@ -118,11 +122,11 @@ impl<const D: usize> TotalLagrangian<D> {
         matrix.symmetric_eigenvalues().max().max(f64::MIN_POSITIVE).sqrt()
     }
 
-    /// `√m (−∂a/∂x) v/√m` by central differences.
+    /// `√m (−∂a/∂x) v/√m` by central differences, fixed particles that have moved at their displacements.
     fn stiffness_times(
         &mut self,
         v: &[f64],
-        free: &[Free<D>],
+        (free, fixed): (&[Free<D>], &[(usize, Vector<D>)]),
         amplitude: f64,
         scratch: &mut Field,
     ) -> Vec<f64> {
@@ -132,6 +136,9 @@ impl<const D: usize> TotalLagrangian<D> {
         let mut out = vec![0.0; v.len()];
         for sign in [1.0, -1.0] {
             self.fields.displacement.clear();
+            for (internal, displacement) in fixed {
+                self.fields.displacement.set_vector(*internal, displacement);
+            }
             for (n, particle) in free.iter().enumerate() {
                 let moved = particle.displacement + further(n) * (sign * step);
                 self.fields.displacement.set_vector(particle.internal, &moved);

@@ -3,7 +3,8 @@
 //!
 //! `x` and `u` at the end are those at the start plus `Δt/6 (k₁ + 2 (k₂ + k₃) + k₄)` with `k_r` the stage's
 //! velocity and `k_u` its acceleration; the stages' velocities are `k_r2 = u + k_u1 Δt/2`,
-//! `k_r3 = u + k_u2 Δt/2`, `k_r4 = u + k_u3 Δt` (the paper's Eq. (45) drops `u`).
+//! `k_r3 = u + k_u2 Δt/2`, `k_r4 = u + k_u3 Δt` (the paper's Eq. (45) drops `u`). Fixed particles that move
+//! are at each stage where their law says at its time.
 
 use crate::error::Error;
 use crate::loads::Load;
@@ -29,6 +30,8 @@ impl<const D: usize> TotalLagrangian<D> {
         self.particles.check_load(load, from.time)?;
         self.load_state(from)?;
         let sub_step = dt / sub_steps as f64;
+        let moves = self.particles.clamps_move();
+        let mut clamp_work = 0.0;
         let varies = self.load_varies(load, from.time, from.time + dt);
         if !varies {
             self.fill_external(load, from.time, 0.0);
@@ -36,6 +39,9 @@ impl<const D: usize> TotalLagrangian<D> {
         for n in 0..sub_steps {
             for (at, next, weight) in STAGES {
                 let elapsed = (n as f64 + at) * sub_step;
+                if moves {
+                    self.move_clamps(from.time + elapsed);
+                }
                 if varies {
                     self.fill_external(load, from.time + elapsed, elapsed / dt);
                 }
@@ -49,6 +55,9 @@ impl<const D: usize> TotalLagrangian<D> {
                     damping: self.particles.setup.options.damping,
                     loaded: self.is_loaded(load),
                 };
+                if moves {
+                    clamp_work += self.clamp_power() * (stage.weight * stage.sixth);
+                }
                 kernels::stage_pass(
                     D,
                     self.particles.setup.options.gradient,
@@ -58,7 +67,11 @@ impl<const D: usize> TotalLagrangian<D> {
                 );
             }
         }
+        if moves {
+            self.leave_clamps(from.time + dt);
+        }
         self.store_state(from, to, dt)?;
+        to.energy.clamp_work = from.energy.clamp_work + clamp_work;
         Ok(Report { sub_steps, sub_step })
     }
 

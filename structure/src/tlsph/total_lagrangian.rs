@@ -29,6 +29,8 @@ pub struct TotalLagrangian<const D: usize> {
     /// External accelerations (m/s²) of all particles in the setup's order, zero for fixed ones.
     pub(super) external: Vec<Vector<D>>,
     pub(super) stable_time_step: f64,
+    /// Slices in which fixed particles move by a law.
+    pub(super) clamp_slices: Vec<usize>,
     hourglass: Option<HourglassPairs<D>>,
 }
 
@@ -56,6 +58,15 @@ impl<const D: usize> Solid<D> for TotalLagrangian<D> {
             };
             fields.scale.set(0, internal, scale);
         }
+        let moving: Vec<usize> = setup.motions.iter().flat_map(|m| m.particles.iter().copied()).collect();
+        for &user in &moving {
+            let factor = match setup.options.gradient {
+                Gradient::FirstOrder => particles.volumes[user],
+                Gradient::Quadratic => 1.0,
+            };
+            fields.clamp_scale.set(0, numbering.internal_of[user] as usize, factor);
+        }
+        let clamp_slices = numbering.slices_of(&moving);
         let hourglass = HourglassPairs::new(setup);
         let at_rest = vec![Vector::zeros(); particles.len()];
         let mut solid = Self {
@@ -66,6 +77,7 @@ impl<const D: usize> Solid<D> for TotalLagrangian<D> {
             fields,
             external: at_rest.clone(),
             stable_time_step: f64::INFINITY,
+            clamp_slices,
             hourglass,
         };
         solid.stable_time_step = solid.stable_time_step_about(&at_rest);
@@ -77,13 +89,15 @@ impl<const D: usize> Solid<D> for TotalLagrangian<D> {
     }
 
     fn state_at_rest(&self, time: f64) -> State<D> {
-        State {
+        let mut state = State {
             time,
             positions: self.particles.reference_positions.clone(),
             velocities: vec![Vector::zeros(); self.particles.len()],
             energy: Energy::default(),
             stability: Stability { strain: 0.0, step: self.stable_time_step },
-        }
+        };
+        self.particles.put_clamps(&mut state);
+        state
     }
 
     fn evaluate(&mut self, state: &mut State<D>) -> Result<(), Error> {

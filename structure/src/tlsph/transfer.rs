@@ -86,10 +86,13 @@ impl<const D: usize> TotalLagrangian<D> {
         }
     }
 
-    /// Kinetic energy (J) of the stage.
+    /// Kinetic energy (J) of the free particles in the stage.
     pub(super) fn kinetic_energy(&self) -> f64 {
         let internal_of = &self.numbering.internal_of;
         sph::parallel::sum(self.particles.len(), |user| {
+            if self.particles.clamped[user] {
+                return 0.0;
+            }
             let a = internal_of[user] as usize;
             let square: f64 =
                 (0..D).map(|i| self.fields.step.get(row::START_VELOCITY * D + i, a).powi(2)).sum();
@@ -100,6 +103,9 @@ impl<const D: usize> TotalLagrangian<D> {
     fn work(&self, row: usize) -> f64 {
         let internal_of = &self.numbering.internal_of;
         sph::parallel::sum(self.particles.len(), |user| {
+            if self.particles.clamped[user] {
+                return 0.0;
+            }
             let a = internal_of[user] as usize;
             self.particles.masses[user] * (0..D).map(|i| self.fields.step.get(row * D + i, a)).sum::<f64>()
         })

@@ -1,6 +1,7 @@
 //! The structure as a library: operators, motion, statics and coarse benchmark cases.
 
 mod cases;
+mod clamps;
 mod motion;
 mod operators;
 mod statics;

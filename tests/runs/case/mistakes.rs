@@ -200,6 +200,34 @@ const ROWS: &[(&str, &str, &str)] = &[
     ("face = \"right\"",
      "rows = 2\nbox = { low = [0.9, -0.05], high = [1.0, 0.0] }",
      "line 40: structure.clamp.0.rows = 2: is for a clamped face; leave it out"),
+    // Motions.
+    ("name = \"right\"\n",
+     "name = \"right\"\nmotion = \"rol\"\n",
+     "line 25: fluid.wall.1.motion = \"rol\": is no motion; add a [motion.NAME] of that name"),
+    ("face = \"right\"",
+     "face = \"right\"\nmotion = \"tilt\"",
+     "line 41: structure.clamp.0.motion = \"tilt\": is no motion; add a [motion.NAME] of that name"),
+    ("face = \"right\"",
+     "face = \"right\"\nwith_wall = \"rigth\"",
+     "line 41: structure.clamp.0.with_wall = \"rigth\": is no wall; did you mean \"right\"?"),
+    ("face = \"right\"",
+     "face = \"right\"\nwith_wall = \"right\"\nmotion = { direction = [0, 1], speed = 1 }",
+     "line 37: structure.clamp.0: has both motion and with_wall; leave one of them out"),
+    ("face = \"right\"",
+     "face = \"bottom\"\nmotion = { direction = [0, 1], table = [[0, 0.1], [1, 0]] }",
+     "line 41: structure.clamp.0.motion: does not begin at zero, and would tear what is clamped; let its law begin at 0, or add a ramp"),
+    ("face = \"right\"",
+     "face = \"bottom\"\nmotion = { direction = [0, 1], speed = 1, amplitude = 1, period = 1 }",
+     "line 41: structure.clamp.0.motion: has both a sine and a speed; leave one of them out"),
+    ("face = \"right\"",
+     "face = \"bottom\"\nmotion = { direction = [0, 1], speed = 1, ramp = 0 }",
+     "line 41: structure.clamp.0.motion.ramp = 0: must be over 0; its meaning: how long a smooth start takes (s): over it the law (of a constant speed, the speed) is multiplied by 10 x³ − 15 x⁴ + 6 x⁵ with x from 0 to 1. None if left out"),
+    ("face = \"right\"",
+     "face = \"right\"\nmotion = { direction = [0, 1], speed = 1 }",
+     "line 37: structure.clamp.0: it holds in the wall \"right\", which stays, and the clamp moves; leave its motion out, or let the wall move too"),
+    ("at = [0.5, 0.0]",
+     "at = [0.5, 0.0]\nrelative_to = \"rihgt\"",
+     "line 54: probe.0.relative_to = \"rihgt\": is no wall, clamp or motion; did you mean \"right\"?"),
     ("face = \"right\"",
      "face = \"right\"\ncircle = { centre = [1.0, 0.0], radius = 0.1 }",
      "line 37: structure.clamp.0: has both face and circle; make two clamps of it"),
@@ -390,13 +418,61 @@ fn what_moves_overlaps_nothing_and_bodies_stay_out_of_solids() {
     };
     assert_eq!(held(""), [""; 0], "rows may lie in a wall that stays");
     let gone = held(lifts);
-    let named = "its fixed rows lie in the wall \"right\", which moves, and a clamp stays";
+    let named = "structure.clamp.0: it holds in the wall \"right\", which moves, and the clamp stays; let it move with the wall: with_wall = \"right\"";
     assert!(gone.iter().any(|line| line.contains(named)), "{gone:#?}");
     let thin = found(wall("foil", "[0.2, -0.15]", "[0.201, -0.05]", ""));
     assert!(
         thin.iter().any(|line| line.contains("is thinner (0.001 m) than one particle spacing")),
         "{thin:#?}"
     );
+}
+
+/// A clamp in a wall, along its surface or behind it goes with the wall; one that only touches its edge, or
+/// along which it slides, may stay.
+#[test]
+fn a_clamp_goes_with_the_wall_that_it_holds_in() {
+    let lifts = "motion = { direction = [0.0, 1.0], table = [[0.0, 0.0], [1.0, 1.0]] }";
+    let rolls = "motion = { pivot = [0.5, 0.0], amplitude = 0.07, period = 1.2, ramp = 0.1 }";
+    let text = |wall: &str, of_wall: &str, post: &str, clamp: &str| {
+        format!(
+            "[case]\ntitle = \"Post\"\ndimension = 2\nend_time = 1\noutput_interval = 1\ngravity = [0, -9.81]\nparticle_spacing = 0.01\n\
+             [fluid]\ndensity = 1000\nkinematic_viscosity = 0\ndomain = {{ low = [-1, -1], high = [2, 2] }}\n\
+             [[fluid.region]]\nname = \"water\"\nbox = {{ low = [0.6, 0], high = [1, 0.2] }}\n\
+             [[fluid.wall]]\nname = \"tank\"\n{wall}\n{of_wall}\n\
+             [structure.material]\nlaw = \"neo-hookean\"\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000\n\
+             [[structure.body]]\nname = \"post\"\nbox = {post}\n[[structure.clamp]]\nname = \"foot\"\nbody = \"post\"\n{clamp}\n"
+        )
+    };
+    let polyline = "polyline = [[0, 0.5], [0, 0], [1, 0], [1, 0.5]]\nsolid_side = \"right\"";
+    let bed = "box = { low = [0.0, -0.1], high = [1.0, 0.0] }";
+    let gate = "box = { low = [0.4, 0.0], high = [0.5, 1.0] }";
+    let (post, beside) =
+        ("{ low = [0.5, 0.0], high = [0.54, 0.2] }", "{ low = [0.5, -0.1], high = [0.54, 0.2] }");
+    let (face, rows) = ("face = \"bottom\"", "face = \"bottom\"\nrows = 3");
+    let held = "box = { low = [0.4, -0.1], high = [0.6, 0.05] }";
+    let with = |clamp: &str| format!("{clamp}\nwith_wall = \"tank\"");
+    for (wall, of_wall, body, clamp, refused) in [
+        (polyline, rolls, post, face.to_owned(), true),
+        (polyline, rolls, post, rows.to_owned(), true),
+        (polyline, rolls, post, held.to_owned(), true),
+        (polyline, rolls, post, with(face), false),
+        (polyline, rolls, post, format!("{face}\n{rolls}"), false),
+        (polyline, rolls, post, format!("{face}\n{lifts}"), true),
+        (polyline, "", post, face.to_owned(), false),
+        (bed, lifts, post, face.to_owned(), true),
+        (bed, lifts, post, rows.to_owned(), true),
+        (bed, lifts, post, with(rows), false),
+        // Beside a gate that lifts: its edge is touched, or it slides along.
+        (gate, lifts, post, face.to_owned(), false),
+        (gate, lifts, beside, held.to_owned(), false),
+        (gate, rolls, beside, held.to_owned(), true),
+    ] {
+        let text = text(wall, of_wall, body, &clamp);
+        let found = mistakes(Case::parse(&text, Path::new("case.toml"), &[], &SECTIONS));
+        let told = found.iter().any(|line| line.contains("it holds in the wall \"tank\""));
+        assert_eq!(told, refused, "{wall} {of_wall} {body} {clamp}: {found:#?}");
+        assert!(refused || found.is_empty(), "{wall} {of_wall} {body} {clamp}: {found:#?}");
+    }
 }
 
 /// What is behind a polyline is in its solid, behind its corners too; beyond its ends it has none. A wall

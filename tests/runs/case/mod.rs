@@ -274,6 +274,34 @@ motion = { pivot = [0.8, 0], amplitude = 0.1, period = 2 }
     }
 }
 
+/// One motion, named once: by name it is the same case as said on the spot, but for the table of names.
+#[test]
+fn a_motion_has_a_name_and_is_resolved_where_it_is_used() {
+    let named = changed(
+        "[fluid]\n",
+        "[motion.roll]\npivot = [1.0, 0.0]\namplitude = 0.07\nperiod = 1.2\nstart = 0.1\nramp = 0.2\n[fluid]\n",
+    )
+    .replacen("name = \"right\"\n", "name = \"right\"\nmotion = \"roll\"\n", 1)
+    .replacen("face = \"right\"", "face = \"right\"\nwith_wall = \"right\"", 1)
+    .replacen("at = [0.5, 0.0]", "at = [0.5, 0.0]\nrelative_to = \"right\"", 1);
+    let case = parse(&named, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(parse(&case.to_toml(), &[]).unwrap(), case, "{}", case.to_toml());
+    let roll = &case.motions["roll"];
+    let (wall, clamp) = (&case.fluid.as_ref().unwrap().walls[1], &case.structure.as_ref().unwrap().clamps[0]);
+    assert_eq!((wall.moves(), clamp.moves(), &clamp.with_wall), (Some(roll), Some(roll), &None));
+    assert_eq!(case.frame_of(&case.probes[0]), Some(roll));
+    let law = roll.law().expect("it has one");
+    assert!(law.at(0.1) == 0.0 && law.rate(0.1) == 0.0 && law.at(0.4) > 0.06);
+    let by_clamp = named.replacen("with_wall = \"right\"", "motion = \"roll\"", 1);
+    assert_eq!(parse(&by_clamp, &[]).unwrap().hash(), case.hash(), "the same motion by another way");
+    assert_ne!(parse(&named, &["motion.roll.ramp=0.3"]).unwrap().hash(), case.hash());
+    let unknown = mistakes(parse(&named, &["fluid.wall.right.motion=rol"]));
+    assert_eq!(unknown[..1], ["--set: fluid.wall.1.motion = \"rol\": is no motion; did you mean \"roll\"?"]);
+    let twice = mistakes(parse(&named, &["structure.clamp.0.name=left", "probe.0.relative_to=left"]));
+    let told = "--set: probe.0.relative_to = \"left\": is the name of two that move differently; give each its own name";
+    assert_eq!(twice, [told]);
+}
+
 #[test]
 fn three_dimensions_are_read() {
     let text = r#"

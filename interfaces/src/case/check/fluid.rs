@@ -4,7 +4,7 @@ use super::is_own;
 use super::parts::{check_box, check_filled_box, check_names, check_participant};
 use crate::case::defaults::characteristic_speed;
 use crate::case::findings::Findings;
-use crate::case::fluid::{Fluid, Wall, WallMotion};
+use crate::case::fluid::{Fluid, Wall};
 use crate::case::keys::General;
 use crate::case::region::{FluidVelocity, Region};
 
@@ -29,9 +29,6 @@ pub(super) fn check(fluid: &Fluid, case: &General, findings: &mut Findings) {
     }
     for (i, wall) in fluid.walls.iter().enumerate() {
         check_wall(&format!("fluid.wall.{i}"), wall, fluid.particle_spacing, case.dimension, findings);
-        if let Some(motion) = &wall.motion {
-            check_motion(&format!("fluid.wall.{i}.motion"), motion, findings);
-        }
     }
     if fluid.regions.is_empty() && is_own(&fluid.participant) {
         findings.add("fluid", "there is no fluid in it", "add a [[fluid.region]]");
@@ -100,34 +97,6 @@ fn check_wall(key: &str, wall: &Wall, spacing: f64, dimension: usize, findings: 
             }
         }
         (None, Some(points)) => check_polyline(key, wall, points, dimension, findings),
-    }
-}
-
-fn check_motion(key: &str, motion: &WallMotion, findings: &mut Findings) {
-    match (&motion.direction, &motion.pivot) {
-        (Some(_), Some(_)) => findings.add(key, "has both direction and pivot", "leave one of them out"),
-        (None, None) => findings.add(key, "leads nowhere", "add direction or pivot"),
-        (Some(direction), None) if direction.iter().all(|x| *x == 0.0) => {
-            findings.add(format!("{key}.direction"), "is zero", "give a vector with a direction");
-        }
-        _ => {}
-    }
-    let sine = motion.amplitude.is_some() || motion.period.is_some() || motion.phase.is_some();
-    match &motion.table {
-        Some(_) if sine => findings.add(key, "has both a table and a sine", "leave one of them out"),
-        None if motion.amplitude.is_none() || motion.period.is_none() => {
-            findings.add(key, "has no law over time", "add table, or amplitude and period");
-        }
-        None => {}
-        Some(table) => {
-            if table.len() < 2 {
-                findings.add(format!("{key}.table"), "has fewer than two rows", "write [[t, value], ...]");
-            }
-            if let Some(k) = table.windows(2).position(|pair| pair[0][0] >= pair[1][0]) {
-                let key = format!("{key}.table.{}", k + 1);
-                findings.add(key, "is not later than the row before", "let times grow");
-            }
-        }
     }
 }
 

@@ -6,6 +6,8 @@
 
 mod corners;
 mod fluid;
+mod held;
+mod motions;
 mod overlaps;
 mod parts;
 mod polylines;
@@ -37,6 +39,7 @@ pub(super) fn check(file: &mut Case, coupling: Option<&Table>, solvers: &[Sectio
     for clamp in file.structure.iter_mut().flat_map(|structure| &mut structure.clamps) {
         clamp.rows = clamp.rows.or(clamp.face.map(|_| 0));
     }
+    motions::resolve(file, &mut findings);
     let file = &*file;
     check_whole(file, coupling, &mut findings);
     if let Some(fluid) = &file.fluid {

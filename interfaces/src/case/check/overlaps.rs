@@ -1,7 +1,7 @@
 //! No two things in one place. Touching is no overlap.
 
 use super::parts::Part;
-use super::{corners, polylines};
+use super::{corners, held, polylines};
 use crate::case::findings::Findings;
 use crate::case::fluid::Fluid;
 use crate::case::geometry::AxisBox;
@@ -64,7 +64,7 @@ pub(super) fn check(file: &Case, findings: &mut Findings) {
         .map(|wall| wall.name.as_str())
         .collect();
     walls_that_move(&walls, &moving, tolerance, findings);
-    clamps_in_moving_walls(file, &walls, &moving, tolerance, findings);
+    held::check(file, tolerance, findings);
     let all_walls = file.fluid.as_ref().map_or(&[][..], |fluid| &fluid.walls);
     // A polyline's solid has no other side, but no particles either beyond a few spacings: what fluid is put
     // into it is a mistake anywhere, a body that stands so far behind is in the open.
@@ -135,7 +135,7 @@ fn between(parts: &[Part<'_>], others: &[Part<'_>], tolerance: f64, findings: &m
     }
 }
 
-/// The fixed rows beyond a clamped face may lie in a wall that stays, but not in fluid.
+/// The fixed rows beyond a clamped face may lie in a wall, but not in fluid.
 fn clamps_in_fluid(file: &Case, regions: &[Part<'_>], tolerance: f64, findings: &mut Findings) {
     for (i, rows) in fixed_rows(file) {
         for region in regions.iter().filter(|region| rows.overlaps(&region.bounds, tolerance)) {
@@ -144,27 +144,6 @@ fn clamps_in_fluid(file: &Case, regions: &[Part<'_>], tolerance: f64, findings: 
                 format!("its fixed rows lie in {}", region.what),
                 "clamp another face, or move the region",
             );
-        }
-    }
-}
-
-/// What is clamped stays where it is; a wall around it that moves away, or through it, does not.
-fn clamps_in_moving_walls(
-    file: &Case,
-    walls: &[Part<'_>],
-    moving: &[&str],
-    tolerance: f64,
-    findings: &mut Findings,
-) {
-    for (i, rows) in fixed_rows(file) {
-        for wall in walls.iter().filter(|wall| rows.overlaps(&wall.bounds, tolerance)) {
-            if moving.iter().any(|name| wall.what == format!("the wall \"{name}\"")) {
-                findings.add(
-                    format!("structure.clamp.{i}"),
-                    format!("its fixed rows lie in {}, which moves, and a clamp stays", wall.what),
-                    "clamp another face, or leave the wall's motion out",
-                );
-            }
         }
     }
 }

@@ -119,16 +119,39 @@ fn reach(bounds: &AxisBox) -> f64 {
     0.5 * bounds.extent().iter().map(|side| side * side).sum::<f64>().sqrt()
 }
 
-/// Whether the segment has a part inside the box shrunk by `tolerance` (clipped axis by axis, after Liang and
-/// Barsky 1984).
+/// Whether the middle of the box is in a polyline's solid, at most so deep (m).
+pub(super) fn holds(wall: &Wall, bounds: &AxisBox, deepest: f64) -> bool {
+    nearest(wall, &middle(bounds)).is_some_and(|nearest| nearest.solid && nearest.distance < deepest)
+}
+
+/// Whether the wall's polyline lies along the box: whether more than `least` (m) of a piece is inside it,
+/// grown by `tolerance` (m). One that only touches a corner of it does not.
+pub(super) fn lies_along(wall: &Wall, bounds: &AxisBox, tolerance: f64, least: f64) -> bool {
+    let points = wall.polyline.as_deref().unwrap_or_default();
+    let in_plane = bounds.low.len() == 2 && points.iter().all(|point| point.len() == 2);
+    let length = |piece: &[Vec<f64>]| (piece[1][0] - piece[0][0]).hypot(piece[1][1] - piece[0][1]);
+    let within = |piece: &[Vec<f64>]| match part_inside(&piece[0], &piece[1], bounds, -tolerance) {
+        Some((enter, leave)) => (leave - enter) * length(piece) > least,
+        None => false,
+    };
+    in_plane && points.windows(2).any(within)
+}
+
+/// Whether the segment has a part inside the box shrunk by `tolerance`.
 fn passes_through(from: &[f64], to: &[f64], bounds: &AxisBox, tolerance: f64) -> bool {
+    part_inside(from, to, bounds, tolerance).is_some_and(|(enter, leave)| enter < leave)
+}
+
+/// The part of the segment inside the box shrunk by `tolerance` (m), from 0 to 1 along it (clipped axis by
+/// axis, after Liang and Barsky 1984).
+fn part_inside(from: &[f64], to: &[f64], bounds: &AxisBox, tolerance: f64) -> Option<(f64, f64)> {
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for axis in 0..2 {
         let (low, high) = (bounds.low[axis] + tolerance, bounds.high[axis] - tolerance);
         let step = to[axis] - from[axis];
         if step == 0.0 {
             if from[axis] <= low || from[axis] >= high {
-                return false;
+                return None;
             }
             continue;
         }
@@ -136,5 +159,6 @@ fn passes_through(from: &[f64], to: &[f64], bounds: &AxisBox, tolerance: f64) ->
         enter = enter.max(a.min(b));
         leave = leave.min(a.max(b));
     }
-    enter < leave && bounds.low.iter().chain(&bounds.high).chain(from).chain(to).all(|x| x.is_finite())
+    let known = bounds.low.iter().chain(&bounds.high).chain(from).chain(to).all(|x| x.is_finite());
+    known.then_some((enter, leave))
 }

@@ -89,10 +89,34 @@ fn check_probe(key: &str, probe: &Probe, file: &Case, findings: &mut Findings) {
             );
         }
     }
+    check_frame(key, probe, file, findings);
     match probe.on {
         ProbeSide::Structure => check_on_structure(key, probe, file, findings),
         ProbeSide::Fluid => check_on_fluid(key, probe, file, findings),
         ProbeSide::Wall => check_on_wall(key, probe, file, findings),
+    }
+}
+
+/// What the probe goes with is there, and is one thing.
+fn check_frame(key: &str, probe: &Probe, file: &Case, findings: &mut Findings) {
+    let Some(name) = &probe.relative_to else { return };
+    let key = format!("{key}.relative_to");
+    let frames = file.frames();
+    let mut moves = frames.iter().filter(|(frame, _)| frame == name).map(|(_, motion)| motion);
+    match moves.next() {
+        None => {
+            let names: Vec<&str> = frames.iter().map(|(frame, _)| *frame).collect();
+            let remedy =
+                remedy_for_name(name, &names, "[[fluid.wall]], [[structure.clamp]] or [motion.NAME]");
+            findings.add(key, "is no wall, clamp or motion", remedy);
+        }
+        Some(first) if moves.any(|other| other != first) => {
+            findings.add(key, "is the name of two that move differently", "give each its own name");
+        }
+        Some(_) if probe.quantity == ProbeQuantity::HydrostaticError => {
+            findings.add(key, "is not for what is taken from rest", "leave it out");
+        }
+        Some(_) => {}
     }
 }
 
