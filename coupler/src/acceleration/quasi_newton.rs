@@ -6,6 +6,11 @@
 //! iterate is `y + W c`. The multi-vector method adds what all earlier windows told, `J_prev`, of which only
 //! the factors are kept: `J = J_prev + (W − J_prev V) V⁺`, the next iterate `y − J r`.
 //!
+//! What earlier windows told is of the map as it was. Where a fluid meets or leaves the structure it changes
+//! from one window to the next, and their step may go tens of residuals far, to loads that tear the
+//! structure. So a step of more than [`FARTHEST`] residuals is taken by this window's own columns alone, and
+//! by relaxation where it has none.
+//!
 //! The least squares are solved through the factor `R` of `V = Q R`, found as the Cholesky factor of `VᵀV`:
 //! its entries are kept, so an iteration costs one product with every column, `O(N m)`, and nothing of the
 //! size of the interface is orthogonalised. A column whose part orthogonal to the newer ones is below
@@ -78,6 +83,8 @@ pub struct QuasiNewton {
     /// Columns that were dropped, for their memory: it is the system's work to clear new memory, and takes
     /// longer than filling it.
     dropped: Vec<Column>,
+    /// The next iterate while it is not yet trusted.
+    trial: Vec<f64>,
 }
 
 impl QuasiNewton {
@@ -92,6 +99,7 @@ impl QuasiNewton {
             last: (Vec::new(), Vec::new()),
             with_residual: Vec::new(),
             dropped: Vec::new(),
+            trial: Vec::new(),
         }
     }
 
@@ -113,19 +121,47 @@ impl QuasiNewton {
             return;
         }
         let sizes = sizes(blocks, y);
-        let (kept, triangle) = self.triangle(&sizes);
-        let c = triangle.solve(self.products_with(&kept, &sizes));
+        let mut trial = std::mem::take(&mut self.trial);
+        trial.resize(x.len(), 0.0);
+        self.step(blocks, &sizes, self.columns.len(), &mut trial, y, r);
+        // What earlier windows told is of another map where the fluid has since met or left the structure.
+        let own = self.columns.iter().take_while(|column| column.window == self.window).count();
+        let is_all_own = own == self.columns.len() && self.factors.is_empty();
+        if is_all_own || is_near(blocks, &sizes, x, &trial, r) {
+            x.copy_from_slice(&trial);
+        } else if own > 0 {
+            let factors = std::mem::take(&mut self.factors);
+            self.step(blocks, &sizes, own, x, y, r);
+            self.factors = factors;
+        } else {
+            relax(self.choice.relaxation, x, r);
+        }
+        self.trial = trial;
+    }
+
+    /// The next iterate by the newest `count` columns, and the factors.
+    fn step(
+        &self,
+        blocks: &[Range<usize>],
+        sizes: &[f64],
+        count: usize,
+        next: &mut [f64],
+        y: &[f64],
+        r: &[f64],
+    ) {
+        let (kept, triangle) = self.triangle(sizes, count);
+        let c = triangle.solve(self.products_with(&kept, sizes));
         // y − J_prev (r − V c) − W c; without factors y − W c.
         let images: Vec<(f64, &[f64])> =
             kept.iter().zip(&c).map(|(&column, &c)| (c, self.columns[column].image.as_slice())).collect();
-        flat::subtract_all(x, y, &images);
+        flat::subtract_all(next, y, &images);
         if !self.factors.is_empty() {
             let mut unexplained = r.to_vec();
             for (&column, &c) in kept.iter().zip(&c) {
                 relax(-c, &mut unexplained, &self.columns[column].residual);
             }
             for factor in &self.factors {
-                factor.subtract(blocks, &unexplained, x);
+                factor.subtract(blocks, &unexplained, next);
             }
         }
     }
@@ -221,15 +257,16 @@ impl QuasiNewton {
         }
     }
 
-    /// The columns that pass the filter, newest first, and the triangle `R` of their products.
-    fn triangle(&self, sizes: &[f64]) -> (Vec<usize>, Triangle) {
-        let mut kept: Vec<usize> = Vec::with_capacity(self.columns.len());
+    /// Of the newest `count` columns those that pass the filter, newest first, and the triangle `R` of their
+    /// products.
+    fn triangle(&self, sizes: &[f64], count: usize) -> (Vec<usize>, Triangle) {
+        let mut kept: Vec<usize> = Vec::with_capacity(count);
         let mut triangle = Triangle::default();
         let product = |newer: usize, older: usize| -> f64 {
             let products = &self.columns[newer].products;
             products.iter().zip(sizes).map(|(p, size)| p[older - newer] / (size * size)).sum()
         };
-        for column in 0..self.columns.len() {
+        for column in 0..count {
             let with: Vec<f64> = kept.iter().map(|&newer| product(newer, column)).collect();
             if triangle.append(with, product(column, column), self.choice.filter) {
                 kept.push(column);
@@ -247,7 +284,7 @@ impl QuasiNewton {
     /// Makes the window's columns a factor of the Jacobian.
     fn factorise(&mut self, blocks: &[Range<usize>], y: &[f64]) {
         let sizes = sizes(blocks, y);
-        let (kept, triangle) = self.triangle(&sizes);
+        let (kept, triangle) = self.triangle(&sizes, self.columns.len());
         if kept.is_empty() {
             return;
         }
@@ -273,6 +310,22 @@ impl QuasiNewton {
             self.factors.push_front(factor);
         }
     }
+}
+
+/// Longest step by what earlier windows told, over the residual. Against an added mass `μ` a step is
+/// `1/(1 + μ)` of the residual; one that is longer than it bets on a map that answers by more of the same.
+pub const FARTHEST: f64 = 2.0;
+
+/// Whether the step from `x` to `next` is at most [`FARTHEST`] residuals long, each block weighed by its
+/// size.
+fn is_near(blocks: &[Range<usize>], sizes: &[f64], x: &[f64], next: &[f64], r: &[f64]) -> bool {
+    let (mut step, mut residual) = (0.0, 0.0);
+    for (block, size) in blocks.iter().zip(sizes) {
+        let pairs = x[block.clone()].iter().zip(&next[block.clone()]);
+        step += pairs.map(|(x, next)| (next - x).powi(2)).sum::<f64>() / (size * size);
+        residual += dot(&r[block.clone()], &r[block.clone()]) / (size * size);
+    }
+    step <= FARTHEST * FARTHEST * residual
 }
 
 impl Factor {

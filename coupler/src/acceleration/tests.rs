@@ -205,3 +205,37 @@ fn a_window_that_starts_anew_forgets_its_own_differences_only() {
     method.restart_window();
     assert_eq!(method.columns(), 2);
 }
+
+/// Where the fluid has come to touch the structure since the last window, the map answers with the other
+/// sign: what was learnt before would throw the iterate a hundred residuals far.
+#[test]
+fn what_was_learnt_before_a_first_contact_throws_no_iterate_far() {
+    let solve = |method: &mut Acceleration, slope: f64| {
+        let (mut x, mut farthest) = ([0.0, 0.0], 0.0f64);
+        for iteration in 1..=30 {
+            let y = x.map(|x| 1.0 + slope * x);
+            let r: [f64; 2] = std::array::from_fn(|i| y[i] - x[i]);
+            let residual = dot(&r, &r).sqrt();
+            if residual <= 1e-9 * dot(&y, &y).sqrt() {
+                method.end_window(&one(2), &y, &r);
+                return (iteration, farthest);
+            }
+            let before = x;
+            method.next(&one(2), &mut x, &y, &r);
+            let step: [f64; 2] = std::array::from_fn(|i| x[i] - before[i]);
+            farthest = farthest.max(dot(&step, &step).sqrt() / residual);
+        }
+        panic!("not converged: {x:?}");
+    };
+    for multi_vector in [false, true] {
+        let mut method = quasi_newton(8, multi_vector, 100);
+        // In the window's own words a step of a hundred residuals is taken.
+        let (_, far) = solve(&mut method, 0.99);
+        assert!(far > 90.0, "{far}");
+        let (count, far) = solve(&mut method, -9.0);
+        assert!(far <= 2.0 && count <= 6, "{count} iterations, {far} residuals");
+        // Which then is known.
+        let (count, _) = solve(&mut method, -9.0);
+        assert!(count <= 4, "{count} iterations");
+    }
+}
