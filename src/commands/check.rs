@@ -63,6 +63,9 @@ pub fn check(arguments: &Check) -> ExitCode {
         };
         say(format_args!("{:<10} {:<24} {range}", "run", "expected windows"));
     }
+    if let Some(asked) = windows.and_then(|windows| more_sub_steps_than_stable(&case, windows)) {
+        say(format_args!("{:<10} {:<24} {asked}", "run", "sub-steps"));
+    }
     if mistakes.is_empty() && arguments.time {
         match measure(&case, windows) {
             Ok(line) => say(format_args!("{:<10} {:<24} {line}", "run", "wall time")),
@@ -233,7 +236,20 @@ fn expected_windows(case: &Case) -> Option<Windows> {
     // A window ends with every output: as many of one size as fit between two.
     let outputs = (general.end_time / general.output_interval).ceil();
     let count = |step: f64| outputs * (general.output_interval / step - 1e-9).ceil();
-    Some(Windows { least: count(longest), most: count(longest.min(fastest)), limit })
+    Some(Windows { least: count(longest), most: count(longest.min(fastest)), longest, limit })
+}
+
+/// What a fixed number of sub-steps costs, where stability would do with a third of it.
+fn more_sub_steps_than_stable(case: &Case, windows: Windows) -> Option<String> {
+    let fixed = case.coupling.as_ref()?.sub_steps.count()?;
+    let largest = structure::participant::largest_window(case).ok()??;
+    let stable = (windows.longest / largest * f64::from(fixed)).ceil().max(1.0);
+    let share = 100.0 * (1.0 - stable / f64::from(fixed));
+    (f64::from(fixed) > 3.0 * stable).then(|| {
+        format!(
+            "{fixed} in each window, where stability asks for {stable}: coupling.sub_steps = \"stable\" saves {share:.0} % of the structure's work"
+        )
+    })
 }
 
 /// Windows of a run.
@@ -241,6 +257,8 @@ fn expected_windows(case: &Case) -> Option<Windows> {
 struct Windows {
     least: f64,
     most: f64,
+    /// Size of the longest (s).
+    longest: f64,
     /// The key, and what of it makes them so many.
     limit: (&'static str, &'static str),
 }

@@ -526,6 +526,10 @@ fn check_and_run_agree_on_what_cannot_start() {
         assert!(ended.errors.contains(limit) && ended.errors.contains("never end"), "{}", ended.errors);
         assert!(!ended.text.contains("no mistakes"), "{}", ended.text);
     }
+    let ended = bench.call(&["check", "cases/elastic_gate"]);
+    assert!(ended.text.contains("100 in each window, where stability asks for 21:"), "{}", ended.text);
+    let ended = bench.call(&["check", "cases/elastic_gate", "--set", "coupling.sub_steps=stable"]);
+    assert!(!ended.text.contains("where stability asks"), "{}", ended.text);
     let ended = bench.call(&["check", &folder, "--time", "--end-time", "0.01"]);
     assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
     assert!(ended.text.contains("wall time") && ended.text.contains("windows"), "{}", ended.text);

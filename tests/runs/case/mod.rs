@@ -109,6 +109,7 @@ fn shipped_cases_load_and_what_is_resolved_reads_back() {
         "oscillating_plate",
         "standing_wave",
         "taylor_green",
+        "sloshing_baffle",
         "viscous_wave",
     ] {
         let case = Case::load(&shipped(name), &[], &SECTIONS).unwrap();
