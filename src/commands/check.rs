@@ -66,6 +66,9 @@ pub fn check(arguments: &Check) -> ExitCode {
     if let Some(asked) = windows.and_then(|windows| more_sub_steps_than_stable(&case, windows)) {
         say(format_args!("{:<10} {:<24} {asked}", "run", "sub-steps"));
     }
+    if let Some(advice) = very_light(&case) {
+        say(format_args!("{:<10} {:<24} {advice}", "run", "note"));
+    }
     if mistakes.is_empty() && arguments.time {
         match measure(&case, windows) {
             Ok(line) => say(format_args!("{:<10} {:<24} {line}", "run", "wall time")),
@@ -237,6 +240,21 @@ fn expected_windows(case: &Case) -> Option<Windows> {
     let outputs = (general.end_time / general.output_interval).ceil();
     let count = |step: f64| outputs * (general.output_interval / step - 1e-9).ceil();
     Some(Windows { least: count(longest), most: count(longest.min(fastest)), longest, limit })
+}
+
+/// Density of a structure over the fluid's under which a free body was thrown apart by an explicit scheme, as
+/// far as was tried (a submerged block of 1/100 was, one of 1/50 was not), with some room.
+const VERY_LIGHT: f64 = 0.05;
+
+/// Advice for a structure that is so light that an explicit scheme may not be stable.
+fn very_light(case: &Case) -> Option<String> {
+    let explicit = case.coupling.as_ref().is_some_and(|coupling| !coupling.scheme.is_implicit());
+    let ratio = case.structure.as_ref()?.density() / case.fluid.as_ref()?.density;
+    (explicit && ratio < VERY_LIGHT).then(|| {
+        format!(
+            "the structure has {ratio:.2e} of the fluid's density: an explicit scheme may throw it apart where it is free; coupling.scheme = \"serial-implicit\" with coupling.compliance = false holds it"
+        )
+    })
 }
 
 /// What a fixed number of sub-steps costs, where stability would do with a third of it.

@@ -20,10 +20,11 @@ impl Document {
     /// Parses the text; the errors are those of TOML's grammar, several where the parser finds its way again.
     pub fn parse(text: &str) -> Result<Self, Vec<CaseError>> {
         let (tree, errors) = DeTable::parse_recoverable(text);
+        let starts = LineStarts::of(text);
         let mut errors: Vec<_> = errors
             .iter()
             .map(|error| CaseError {
-                line: error.span().map(|span| line(text, span.start)),
+                line: error.span().map(|span| starts.line(span.start)),
                 ..CaseError::new("", format!("is not TOML: {}", error.message()), "mend the line")
             })
             .collect();
@@ -33,12 +34,12 @@ impl Document {
             return Err(errors);
         }
         let table = toml::from_str(text).map_err(|error: toml::de::Error| {
-            let line = error.span().map(|span| line(text, span.start));
+            let line = error.span().map(|span| starts.line(span.start));
             let error = CaseError::new("", format!("is not TOML: {}", error.message()), "mend the line");
             vec![CaseError { line, ..error }]
         })?;
         let mut lines = BTreeMap::new();
-        lines_of_table(tree.get_ref(), "", text, &mut lines);
+        lines_of_table(tree.get_ref(), "", &starts, &mut lines);
         Ok(Self { table, lines, overridden: BTreeSet::new() })
     }
 
@@ -219,26 +220,46 @@ impl<'a> Slot<'a> {
     }
 }
 
-fn line(text: &str, offset: usize) -> usize {
-    text[..offset.min(text.len())].matches('\n').count() + 1
-}
+/// Where the lines of a text begin.
+struct LineStarts(Vec<usize>);
 
-fn lines_of_table(table: &DeTable<'_>, parent: &str, text: &str, lines: &mut BTreeMap<String, usize>) {
-    for (key, value) in table {
-        let path = join(parent, key.get_ref());
-        lines.insert(path.clone(), line(text, key.span().start));
-        lines_of_value(value, &path, text, lines);
+impl LineStarts {
+    fn of(text: &str) -> Self {
+        Self(std::iter::once(0).chain(text.match_indices('\n').map(|(at, _)| at + 1)).collect())
+    }
+
+    /// The line, from 1, of an offset.
+    fn line(&self, offset: usize) -> usize {
+        self.0.partition_point(|start| *start <= offset)
     }
 }
 
-fn lines_of_value(value: &Spanned<DeValue<'_>>, path: &str, text: &str, lines: &mut BTreeMap<String, usize>) {
+fn lines_of_table(
+    table: &DeTable<'_>,
+    parent: &str,
+    starts: &LineStarts,
+    lines: &mut BTreeMap<String, usize>,
+) {
+    for (key, value) in table {
+        let path = join(parent, key.get_ref());
+        lines.insert(path.clone(), starts.line(key.span().start));
+        lines_of_value(value, &path, starts, lines);
+    }
+}
+
+fn lines_of_value(
+    value: &Spanned<DeValue<'_>>,
+    path: &str,
+    starts: &LineStarts,
+    lines: &mut BTreeMap<String, usize>,
+) {
     match value.get_ref() {
-        DeValue::Table(table) => lines_of_table(table, path, text, lines),
+        DeValue::Table(table) => lines_of_table(table, path, starts, lines),
         DeValue::Array(list) => {
             for (index, element) in list.iter().enumerate() {
                 let path = join(path, &index.to_string());
-                lines.insert(path.clone(), line(text, element.span().start));
-                lines_of_value(element, &path, text, lines);
+                lines.insert(path.clone(), starts.line(element.span().start));
+                lines_of_value(element, &path, starts, lines);
             }
         }
         _ => {}

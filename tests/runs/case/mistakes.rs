@@ -91,6 +91,15 @@ const ROWS: &[(&str, &str, &str)] = &[
      "[structure.numerics]\nsmoothing_ratio = 1e-9\n[structure.material]",
      "line 28: structure.numerics.smoothing_ratio = 1e-9: must be 0.5 to 3; take 1 to 1.5"),
     ("[[probe]]",
+     "[[structure.clamp]]\nname = \"again\"\nbody = \"plate\"\nface = \"right\"\n[[probe]]",
+     "line 52: structure.clamp.1.face = \"right\": holds the face that \"right-end\" holds; leave one of them out"),
+    ("solid_side = \"right\"",
+     "solid_side = \"right\"\nmotion = { direction = [1e-200, 0.0], speed = 1.0 }",
+     "line 22: fluid.wall.0.motion.direction = [0.000000000000000000000000000000000000000000000000000000000...: is zero; give a vector with a direction"),
+    ("solid_side = \"right\"",
+     "solid_side = \"right\"\nmotion = { direction = [1.0, 0.0], table = [[0.0, 0.1], [1.0, 0.2]] }",
+     "line 22: fluid.wall.0.motion: does not begin at zero, and the wall would not stand where the case puts it; let its law begin at 0, or add a ramp"),
+    ("[[probe]]",
      "[coupling]\nsub_steps = 4000000000\n[[probe]]",
      "line 50: coupling.sub_steps = 4000000000: must be at most 1000000; its meaning: number of sub-steps in a window"),
     ("dimension = 2",
@@ -364,6 +373,21 @@ fn a_file_that_is_not_there_is_named() {
     let errors = Case::load(Path::new("no/such/case.toml"), &[], &[]).unwrap_err();
     let message = errors.to_string();
     assert!(message.starts_with("no/such/case.toml: 1 mistake:\n  cannot be read: "), "{message}");
+}
+
+/// A record of a shaken table has some ten thousand rows: as many lines, or one.
+#[test]
+fn a_long_table_is_read_in_no_time() {
+    for end in ["\n", ""] {
+        let rows: Vec<String> =
+            (0..50_000).map(|i| format!("[{i}e-4, {}e-6],{end}", i % 7 * i.min(1))).collect();
+        let motion = format!("motion = {{ direction = [1.0, 0.0], table = [{}] }}", rows.concat());
+        let text = changed("solid_side = \"right\"", &format!("solid_side = \"right\"\n{motion}"));
+        let started = std::time::Instant::now();
+        assert_eq!(mistakes(parse(&text, &[])), [""; 0]);
+        // Seconds, where it was minutes.
+        assert!(started.elapsed().as_secs() < 20, "{:?}", started.elapsed());
+    }
 }
 
 /// Of what would take more than this machine has, the largest part is named, with particles and memory.

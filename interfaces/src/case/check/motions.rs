@@ -6,8 +6,10 @@ use crate::case::motion::{Motion, Moving};
 use crate::case::nearest::remedy_for_name;
 use std::collections::BTreeMap;
 
-/// A law of a clamp that is farther than this from zero at the start (m or rad) begins with a tear.
+/// A law that is farther than this from zero at the start (m or rad) begins with a jump.
 const AT_START: f64 = 1e-9;
+/// Components of a direction whose squares are numbers.
+const LEAST_DIRECTION: f64 = 1e-100;
 
 /// Checks all motions, and puts each where its name is: afterwards a wall or clamp with a motion has one of
 /// its own, but for names that are none.
@@ -21,7 +23,12 @@ pub(super) fn resolve(file: &mut Case, findings: &mut Findings) {
     }
     let mut walls = Vec::new();
     for (i, wall) in file.fluid.iter_mut().flat_map(|fluid| &mut fluid.walls).enumerate() {
-        put(&format!("fluid.wall.{i}.motion"), &mut wall.motion, &file.motions, findings);
+        let key = format!("fluid.wall.{i}.motion");
+        put(&key, &mut wall.motion, &file.motions, findings);
+        if wall.moves().and_then(Motion::law).is_some_and(|law| law.at(0.0).abs() > AT_START) {
+            let problem = "does not begin at zero, and the wall would not stand where the case puts it";
+            findings.add(key, problem, "let its law begin at 0, or add a ramp");
+        }
         walls.push((wall.name.clone(), wall.motion.clone()));
     }
     for (i, clamp) in file.structure.iter_mut().flat_map(|structure| &mut structure.clamps).enumerate() {
@@ -77,7 +84,7 @@ fn check_motion(key: &str, motion: &Motion, findings: &mut Findings) {
     match (&motion.direction, &motion.pivot) {
         (Some(_), Some(_)) => findings.add(key, "has both direction and pivot", "leave one of them out"),
         (None, None) => findings.add(key, "leads nowhere", "add direction or pivot"),
-        (Some(direction), None) if direction.iter().all(|x| *x == 0.0) => {
+        (Some(direction), None) if direction.iter().all(|x| x.abs() < LEAST_DIRECTION) => {
             findings.add(format!("{key}.direction"), "is zero", "give a vector with a direction");
         }
         _ => {}

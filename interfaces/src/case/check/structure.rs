@@ -38,6 +38,11 @@ pub(super) fn check(structure: &Structure, case: &General, findings: &mut Findin
     }
     for (i, clamp) in structure.clamps.iter().enumerate() {
         check_clamp(&format!("structure.clamp.{i}"), clamp, structure, case.dimension, findings);
+        let same = |other: &&Clamp| other.body == clamp.body && other.face == clamp.face;
+        if let Some(other) = structure.clamps[..i].iter().find(same).filter(|_| clamp.face.is_some()) {
+            let problem = format!("holds the face that \"{}\" holds", other.name);
+            findings.add(format!("structure.clamp.{i}.face"), problem, "leave one of them out");
+        }
     }
     for (i, load) in structure.loads.iter().enumerate() {
         check_load(&format!("structure.load.{i}"), load, structure, case, findings);
