@@ -66,6 +66,9 @@ pub fn check(arguments: &Check) -> ExitCode {
     if let Some(asked) = windows.and_then(|windows| more_sub_steps_than_stable(&case, windows)) {
         say(format_args!("{:<10} {:<24} {asked}", "run", "sub-steps"));
     }
+    for advice in windows.iter().flat_map(|windows| fast_motions(&case, *windows)) {
+        say(format_args!("{:<10} {:<24} {advice}", "run", "note"));
+    }
     if let Some(advice) = very_light(&case) {
         say(format_args!("{:<10} {:<24} {advice}", "run", "note"));
     }
@@ -240,6 +243,33 @@ fn expected_windows(case: &Case) -> Option<Windows> {
     let outputs = (general.end_time / general.output_interval).ceil();
     let count = |step: f64| outputs * (general.output_interval / step - 1e-9).ceil();
     Some(Windows { least: count(longest), most: count(longest.min(fastest)), longest, limit })
+}
+
+/// Sub-steps in a period of a clamp's motion under which a shaken plate's account was seen to open: by 42 %
+/// of the clamp's work at 8.5 of them, 14 % at 17, 6e-5 at 42, 8e-6 at 85.
+const SUB_STEPS_IN_A_PERIOD: f64 = 50.0;
+
+/// Clamps that swing faster than the structure's sub-steps follow, one line each.
+fn fast_motions(case: &Case, windows: Windows) -> Vec<String> {
+    let Some(structure) = &case.structure else { return Vec::new() };
+    let most = match &case.coupling {
+        Some(coupling) => coupling.sub_steps.count(),
+        None => Some(structure::participant::SUB_STEPS_ALONE),
+    };
+    let largest = structure::participant::largest_window(case).ok().flatten();
+    let Some((most, largest)) = most.zip(largest) else { return Vec::new() };
+    let stable = largest / f64::from(most);
+    let step = if case.coupling.is_some() { windows.longest / f64::from(most) } else { stable };
+    let told = |(name, period): (&String, f64)| {
+        let count = period / step;
+        (count < SUB_STEPS_IN_A_PERIOD).then(|| {
+            format!(
+                "the clamp \"{name}\" swings once in {count:.1} sub-steps, which do not follow it; structure.numerics.step_fraction makes them shorter"
+            )
+        })
+    };
+    let periods = structure.clamps.iter().filter_map(|clamp| Some((&clamp.name, clamp.moves()?.period?)));
+    periods.filter_map(told).collect()
 }
 
 /// Density of a structure over the fluid's under which a free body was thrown apart by an explicit scheme, as

@@ -566,3 +566,48 @@ fn probes_without_water_say_nothing() {
     let text = fs::read_to_string(bench.path("out").join("probes.csv")).expect("a table");
     assert!(!text.contains("NaN") && text.lines().last().is_some_and(|line| line.ends_with(",,")), "{text}");
 }
+
+/// A clamp whose law is over before the structure's sub-steps see it.
+#[test]
+fn a_clamp_that_swings_faster_than_the_sub_steps_is_told() {
+    const SHAKEN: &str = r#"
+[case]
+title = "Shaken plate"
+dimension = 2
+end_time = 0.02
+output_interval = 0.005
+particle_spacing = 5e-3
+[motion.m]
+direction = [1.0, 0.0]
+amplitude = 0.001
+period = 1e-3
+ramp = 0.005
+[structure.material]
+law = "saint-venant-kirchhoff"
+youngs_modulus = 2e6
+poisson_ratio = 0.3
+density = 1000.0
+[[structure.body]]
+name = "plate"
+box = { low = [0.0, 0.0], high = [0.02, 0.1] }
+[[structure.clamp]]
+name = "foot"
+body = "plate"
+face = "bottom"
+motion = "m"
+"#;
+    let bench = Bench::new();
+    let file = bench.path("case.toml");
+    fs::write(&file, SHAKEN).expect("a case");
+    let file = file.display().to_string();
+    for (period, told) in [("1e-3", true), ("1e-2", false)] {
+        let ended = bench.call(&["check", &file, "--set", &format!("motion.m.period={period}")]);
+        assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+        assert_eq!(
+            ended.text.contains("the clamp \"foot\" swings once in 8.5 sub-steps"),
+            told,
+            "{}",
+            ended.text
+        );
+    }
+}

@@ -35,7 +35,7 @@ use words::probe::ProbeQuantity;
 
 /// Most sub-steps in a window of a structure without a partner, which nobody else limits: its stable step is
 /// found between windows.
-const SUB_STEPS_ALONE: u32 = 100;
+pub const SUB_STEPS_ALONE: u32 = 100;
 
 /// The structure of `case`, writing its snapshots to the folder `out`.
 ///
