@@ -154,7 +154,11 @@ fn missing(role: Role, start: Start<'_>, mistakes: &mut Findings) {
     };
     if !found {
         let remedy = "write its path, or what PATH has of it";
-        mistakes.add(format!("{role}.participant.command.0"), "there is no such program", remedy);
+        mistakes.add(
+            format!("{role}.participant.command.0"),
+            "there is no such program, or it may not be executed",
+            remedy,
+        );
     }
 }
 

@@ -509,7 +509,7 @@ fn check_and_run_agree_on_what_cannot_start() {
             let ended = bench.call(&[words, &[&folder, "--set", &setting]].concat());
             assert_eq!(ended.status.code(), Some(2), "{}", ended.errors);
             let named = format!(
-                "coupled/case.toml: 1 mistake:\n  --set: structure.participant.command.0 = \"{program}\": there is no such program; write its path"
+                "coupled/case.toml: 1 mistake:\n  --set: structure.participant.command.0 = \"{program}\": there is no such program, or it may not be executed; write its path"
             );
             assert!(ended.errors.contains(&named), "{}", ended.errors);
             assert!(!ended.text.contains("no mistakes"), "{}", ended.text);
