@@ -128,6 +128,7 @@ pub fn wire(unit: Unit<'_>, description: &Description, case: &Case, role: Role) 
     let sub_steps = plan.number("sub_steps", unit.variables.sub_steps.as_deref(), "steps_taken");
     plan.check_state(case);
     plan.note_mapping(&wires, case);
+    plan.note_clamps(case);
     let Plan { mismatches, notes, .. } = plan;
     if mismatches.is_empty() {
         Ok(Wiring { wires, records, window_limit, sub_steps, parameters, notes })
@@ -181,6 +182,17 @@ impl Plan<'_> {
             self.notes.push(
                 "it takes forces at points of its own: the fluid meets the case's bodies through a mapping by radial basis functions (choose another with coupling.mapping)".to_owned(),
             );
+        }
+    }
+
+    /// A unit of ours holds the case that it was exported from, one of another make its own.
+    fn note_clamps(&mut self, case: &Case) {
+        let clamps = case.structure.iter().flat_map(|structure| &structure.clamps);
+        for clamp in clamps.filter(|clamp| self.role == Role::Structure && clamp.moves().is_some()) {
+            let name = &clamp.name;
+            self.notes.push(format!(
+                "the clamp \"{name}\" moves as the unit has it from its export, not as this case says"
+            ));
         }
     }
 

@@ -219,7 +219,11 @@ fn wired(definitions: &str, variables: &str) -> Result<fmu_host::wiring::Wiring,
         r#"<fmiModelDescription fmiVersion="3.0" modelName="M" instantiationToken="t"><CoSimulation modelIdentifier="m" canGetAndSetFMUState="true"/><UnitDefinitions>{definitions}</UnitDefinitions><ModelVariables>{variables}</ModelVariables></fmiModelDescription>"#
     );
     let description = fmu_host::description::Description::parse(&text)?;
-    let case = case("{ fmu = \"unit.fmu\" }");
+    let shaken = "[[structure.body]]\nname = \"plate\"\nbox = { low = [0.0, 0.0], high = [0.1, 0.2] }\n\
+                  [[structure.clamp]]\nname = \"foot\"\nbody = \"plate\"\nface = \"bottom\"\n\
+                  motion = { direction = [1.0, 0.0], speed = 1.0, ramp = 0.1 }\n";
+    let text = case_text("{ start = \"by-hand\" }", "{ fmu = \"unit.fmu\" }", 1.0, shaken);
+    let case = Case::parse(&text, Path::new("/case.toml"), &[], &[]).unwrap_or_else(|e| panic!("{e}"));
     let unit = fmu_host::participant::unit_of(&case, Role::Structure).expect("it has one");
     fmu_host::wiring::wire(unit, &description, &case, Role::Structure).map_err(|error| error.to_string())
 }
@@ -243,6 +247,8 @@ fn units_are_converted_or_refused() {
     let factor = |name: &str| wiring.wires.iter().find(|wire| wire.port.name == name).unwrap().factor;
     assert_eq!(["position", "velocity", "force"].map(factor), [1e-3, 1.0, 1e3]);
     assert!(wiring.notes.iter().any(|note| note.contains("`position` is in `mm`")), "{:?}", wiring.notes);
+    // What the case says of clamps is not what a unit does.
+    assert!(wiring.notes.iter().any(|note| note.contains("the clamp \"foot\" moves")), "{:?}", wiring.notes);
     for (position, what) in [
         (
             "unit=\"K\"",
