@@ -229,11 +229,13 @@ fn expected_windows(case: &Case) -> Option<Windows> {
     if let Some(coupling) = &case.coupling {
         limits.push((("coupling.max_window", "it"), coupling.max_window));
     }
+    let mut sub_step = f64::INFINITY;
     if case.structure.is_some() {
-        let largest = structure::participant::largest_window(case).ok()?;
+        sub_step = structure::participant::stable_sub_step(case).ok()?;
+        let most = structure::participant::most_sub_steps(case).map_or(f64::INFINITY, f64::from);
         let limit =
             ("structure", "its stable sub-step, by its material, spacing and numerics.step_fraction,");
-        limits.push((limit, largest.unwrap_or(f64::INFINITY)));
+        limits.push((limit, most * sub_step));
     }
     let mut fastest = f64::INFINITY;
     if case.fluid.is_some() {
@@ -246,7 +248,7 @@ fn expected_windows(case: &Case) -> Option<Windows> {
     // A window ends with every output: as many of one size as fit between two.
     let outputs = (general.end_time / general.output_interval).ceil();
     let count = |step: f64| outputs * (general.output_interval / step - 1e-9).ceil();
-    Some(Windows { least: count(longest), most: count(longest.min(fastest)), longest, limit })
+    Some(Windows { least: count(longest), most: count(longest.min(fastest)), longest, sub_step, limit })
 }
 
 /// Sub-steps in a period of a clamp's motion under which a shaken plate's account was seen to open: by 42 %
@@ -255,15 +257,8 @@ const SUB_STEPS_IN_A_PERIOD: f64 = 50.0;
 
 /// Clamps that swing faster than the structure's sub-steps follow, one line each.
 fn fast_motions(case: &Case, windows: Windows) -> Vec<String> {
-    let Some(structure) = &case.structure else { return Vec::new() };
-    let most = match &case.coupling {
-        Some(coupling) => coupling.sub_steps.count(),
-        None => Some(structure::participant::SUB_STEPS_ALONE),
-    };
-    let largest = structure::participant::largest_window(case).ok().flatten();
-    let Some((most, largest)) = most.zip(largest) else { return Vec::new() };
-    let stable = largest / f64::from(most);
-    let step = if case.coupling.is_some() { windows.longest / f64::from(most) } else { stable };
+    let fixed = case.coupling.as_ref().and_then(|coupling| coupling.sub_steps.count());
+    let step = fixed.map_or(windows.sub_step, |count| windows.longest / f64::from(count));
     let told = |(name, period): (&String, f64)| {
         let count = period / step;
         (count < SUB_STEPS_IN_A_PERIOD).then(|| {
@@ -272,7 +267,8 @@ fn fast_motions(case: &Case, windows: Windows) -> Vec<String> {
             )
         })
     };
-    let periods = structure.clamps.iter().filter_map(|clamp| Some((&clamp.name, clamp.moves()?.period?)));
+    let clamps = case.structure.iter().flat_map(|structure| &structure.clamps);
+    let periods = clamps.filter_map(|clamp| Some((&clamp.name, clamp.moves()?.period?)));
     periods.filter_map(told).collect()
 }
 
@@ -294,8 +290,7 @@ fn very_light(case: &Case) -> Option<String> {
 /// What a fixed number of sub-steps costs, where stability would do with a third of it.
 fn more_sub_steps_than_stable(case: &Case, windows: Windows) -> Option<String> {
     let fixed = case.coupling.as_ref()?.sub_steps.count()?;
-    let largest = structure::participant::largest_window(case).ok()??;
-    let stable = (windows.longest / largest * f64::from(fixed)).ceil().max(1.0);
+    let stable = (windows.longest / windows.sub_step).ceil().max(1.0);
     let share = 100.0 * (1.0 - stable / f64::from(fixed));
     (f64::from(fixed) > 3.0 * stable).then(|| {
         format!(
@@ -311,6 +306,8 @@ struct Windows {
     most: f64,
     /// Size of the longest (s).
     longest: f64,
+    /// The structure's stable sub-step (s); infinite without a structure.
+    sub_step: f64,
     /// The key, and what of it makes them so many.
     limit: (&'static str, &'static str),
 }

@@ -6,6 +6,7 @@
 
 mod bench;
 mod case;
+mod check;
 mod column;
 mod command;
 mod coupling;
@@ -15,6 +16,7 @@ mod mapped;
 mod outputs;
 mod processes;
 mod python;
+mod resources;
 mod rolling;
 mod solvers;
 mod support;

@@ -35,7 +35,7 @@ mod at {
     pub const PRESSURE_RESIDUAL: usize = 16;
     pub const POSITION_ITERATIONS: usize = 17;
     pub const DISPLACEMENT_WORK: usize = 18;
-    pub const ENERGY_LEFT: usize = 19;
+    pub const LEFT_ENERGY: usize = 19;
 }
 
 impl Ledger {
@@ -104,7 +104,7 @@ impl Ledger {
         f[at::PRESSURE_RESIDUAL] = step.pressure_solve.residual;
         f[at::POSITION_ITERATIONS] = step.position_solve.iterations as f64;
         f[at::DISPLACEMENT_WORK] += step.displacement_work;
-        f[at::ENERGY_LEFT] += step.left_energy;
+        f[at::LEFT_ENERGY] += step.left_energy;
         next
     }
 

@@ -74,9 +74,11 @@ pub fn balance<const D: usize, M: Sync>(
     let displacement = |a: usize| period.nearest(after.positions[a] - before.positions[a]);
     let fallen = parallel::sum(before.len(), |a| properties.gravity.dot(&displacement(a)));
     report.energy_change = report.kinetic_energy - kinetic(before) - mass * fallen;
-    let passed =
-        parallel::sum(before.len(), |a| displacement(a) - (after.positions[a] - before.positions[a]));
-    report.left_energy = -mass * properties.gravity.dot(&passed);
+    if !period.is_none() {
+        let passed =
+            parallel::sum(before.len(), |a| displacement(a) - (after.positions[a] - before.positions[a]));
+        report.left_energy = -mass * properties.gravity.dot(&passed);
+    }
     report.projection_work = report.energy_change
         - report.structure_work
         - report.wall_work

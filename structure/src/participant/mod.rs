@@ -35,7 +35,7 @@ use words::probe::ProbeQuantity;
 
 /// Most sub-steps in a window of a structure without a partner, which nobody else limits: its stable step is
 /// found between windows.
-pub const SUB_STEPS_ALONE: u32 = 100;
+const SUB_STEPS_ALONE: u32 = 100;
 
 /// The structure of `case`, writing its snapshots to the folder `out`.
 ///
@@ -100,21 +100,19 @@ fn preview_in<S: Solid<D>, const D: usize>(case: &Case) -> Result<Vec<(String, S
 }
 
 /// Sub-steps of the largest window, unless windows may be of any size.
-fn most_sub_steps(case: &Case) -> Option<u32> {
+pub fn most_sub_steps(case: &Case) -> Option<u32> {
     case.coupling.as_ref().map_or(Some(SUB_STEPS_ALONE), |coupling| coupling.sub_steps.count())
 }
 
-/// Largest window (s) of the structure of `case`, where its sub-steps are counted.
+/// The largest stable sub-step (s) of the structure of `case` at the start.
 ///
 /// # Errors
 /// A setting that cannot be used.
-pub fn largest_window(case: &Case) -> Result<Option<f64>> {
-    let Some(count) = most_sub_steps(case) else { return Ok(None) };
-    let stable = match case.general.dimension {
+pub fn stable_sub_step(case: &Case) -> Result<f64> {
+    Ok(match case.general.dimension {
         2 => build::<TotalLagrangian<2>, 2>(case)?.1.stability.step,
         _ => build::<TotalLagrangian<3>, 3>(case)?.1.stability.step,
-    };
-    Ok(Some(stable * f64::from(count)))
+    })
 }
 
 fn build<S: Solid<D>, const D: usize>(case: &Case) -> Result<(S, State<D>)> {
