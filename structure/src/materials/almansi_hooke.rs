@@ -36,21 +36,27 @@ fn kinematics<const D: usize>(l: &Tensor<D>) -> (Tensor<D>, Lanes, Tensor<D>) {
 
 impl ConstitutiveLaw for AlmansiHooke {
     #[inline(always)]
-    fn respond<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Response<D> {
+    fn respond<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>, volumetric: Lanes) -> Response<D> {
         let (cofactor, jacobian, strain) = kinematics(l);
-        Response { first_piola: product(&elasticity.hooke(&strain), &cofactor), jacobian }
+        Response { first_piola: product(&elasticity.hooke(&strain, volumetric), &cofactor), jacobian }
     }
 
     #[inline(always)]
     fn energy<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Lanes {
         let (_, jacobian, strain) = kinematics(l);
-        let work = transposed_product(&elasticity.hooke(&strain), &strain);
+        let work = transposed_product(&elasticity.hooke(&strain, Lanes::ZERO), &strain);
         trace(&work) * jacobian * 0.5
     }
 
     #[inline(always)]
-    fn out_of_plane<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Lanes {
+    fn out_of_plane<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>, volumetric: Lanes) -> Lanes {
         let lambda = if elasticity.plane_stress { 0.0 } else { elasticity.lambda };
-        trace(&kinematics(l).2) * lambda
+        trace(&kinematics(l).2) * lambda + volumetric
+    }
+
+    /// `tr ε`.
+    #[inline(always)]
+    fn dilatation<const D: usize>(l: &Tensor<D>) -> Lanes {
+        trace(&kinematics(l).2)
     }
 }

@@ -32,6 +32,9 @@ pub enum Law {
     NeoHookean,
 }
 
+/// `λ` counts in the strain-gradient energy up to this many `μ` (`ν = 0.4`).
+const STRAIN_GRADIENT_LIMIT: f64 = 4.0;
+
 /// How two dimensions stand for three.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum Plane {
@@ -67,7 +70,8 @@ impl Material {
         let (lambda, mu) = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
         let plane_stress = D == 2 && self.assumption == Plane::Stress;
         let in_plane_lambda = if plane_stress { 2.0 * lambda * mu / (lambda + 2.0 * mu) } else { lambda };
-        Elasticity { lambda, mu, in_plane_lambda, plane_stress }
+        let strain_gradient_lambda = in_plane_lambda.min(STRAIN_GRADIENT_LIMIT * mu);
+        Elasticity { lambda, mu, in_plane_lambda, plane_stress, strain_gradient_lambda, patch_lambda: 0.0 }
     }
 
     /// Speed of compression waves `c_p` (m/s) in `D` dimensions at the density given (kg/m³).

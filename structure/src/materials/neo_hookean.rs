@@ -38,11 +38,12 @@ fn thickness_stretch(elasticity: &Elasticity, jacobian: Lanes) -> Lanes {
 
 impl ConstitutiveLaw for NeoHookean {
     #[inline(always)]
-    fn respond<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Response<D> {
+    fn respond<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>, volumetric: Lanes) -> Response<D> {
         let f = plus_identity(l);
         let (cofactor, jacobian) = cofactor(&f);
         let log = (jacobian * thickness_stretch(elasticity, jacobian)).map(f64::ln);
-        let coefficient = (log * elasticity.lambda - Lanes::splat(elasticity.mu)) * jacobian.recip();
+        let coefficient =
+            (log * elasticity.lambda + volumetric - Lanes::splat(elasticity.mu)) * jacobian.recip();
         let first_piola = matrix(|i, j| f[i][j] * elasticity.mu + cofactor[i][j] * coefficient);
         Response { first_piola, jacobian }
     }
@@ -60,11 +61,17 @@ impl ConstitutiveLaw for NeoHookean {
     }
 
     #[inline(always)]
-    fn out_of_plane<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>) -> Lanes {
+    fn out_of_plane<const D: usize>(elasticity: &Elasticity, l: &Tensor<D>, volumetric: Lanes) -> Lanes {
         if elasticity.plane_stress {
             return Lanes::ZERO;
         }
         let jacobian = cofactor(&plus_identity(l)).1;
-        jacobian.map(f64::ln) * jacobian.recip() * elasticity.lambda
+        jacobian.map(f64::ln) * jacobian.recip() * elasticity.lambda + volumetric * jacobian.recip()
+    }
+
+    /// `ln J`.
+    #[inline(always)]
+    fn dilatation<const D: usize>(l: &Tensor<D>) -> Lanes {
+        cofactor(&plus_identity(l)).1.map(f64::ln)
     }
 }

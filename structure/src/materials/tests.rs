@@ -15,7 +15,7 @@ fn elasticity(plane: Plane) -> Elasticity {
 const LAWS: [Law; 3] = [Law::AlmansiHooke, Law::StVenantKirchhoff, Law::NeoHookean];
 
 fn stress(law: Law, e: &Elasticity, l: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let p = with_law!(law, L => L::respond(e, &tensor_of(l)).first_piola);
+    let p = with_law!(law, L => L::respond(e, &tensor_of(l), Lanes::ZERO).first_piola);
     p.map(|row| row.map(|c| c.0[LANES - 1]))
 }
 
@@ -147,8 +147,8 @@ fn laws_in_three_dimensions_reduce_to_plane_strain() {
         let l3 = l3.map(|row| row.map(Lanes::splat));
         let p2 = stress(law, &e2, l2);
         let (p3, out_of_plane, w3, jacobian) = with_law!(law, L => {
-            let r = L::respond(&e3, &l3);
-            (r.first_piola, L::out_of_plane(&e2, &tensor_of(l2)), L::energy(&e3, &l3), r.jacobian)
+            let r = L::respond(&e3, &l3, Lanes::ZERO);
+            (r.first_piola, L::out_of_plane(&e2, &tensor_of(l2), Lanes::ZERO), L::energy(&e3, &l3), r.jacobian)
         });
         for (i, j) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
             assert!((p3[i][j].0[0] - p2[i][j]).abs() < 1e-13);
@@ -183,7 +183,7 @@ fn neo_hookean_plane_stress_holds_at_large_stretch() {
         let l: Tensor<3> = std::array::from_fn(|i| {
             std::array::from_fn(|j| Lanes::splat(if i == j { diagonal[i] } else { 0.0 }))
         });
-        let p = NeoHookean::respond(&material.elasticity::<3>(), &l).first_piola;
+        let p = NeoHookean::respond(&material.elasticity::<3>(), &l, Lanes::ZERO).first_piola;
         assert!(p[2][2].0[0].abs() < 1e-12 && p[1][1].0[0].abs() < 1e-12, "{stretch}: {p:?}");
     }
 }

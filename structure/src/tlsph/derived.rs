@@ -12,7 +12,9 @@ use sph::{Matrix, Vector};
 
 impl<const D: usize> TotalLagrangian<D> {
     /// Stresses, energy density and deformation gradient of the stage's displacements.
-    pub(super) fn observe(&self, out: &mut Derived<D>) {
+    pub(super) fn observe(&mut self, out: &mut Derived<D>) {
+        let gradient = self.particles.setup.options.gradient;
+        kernels::average_dilatations(D, gradient, &self.stencil, &mut self.passes, &self.fields);
         let count = self.particles.len();
         out.cauchy_stress.resize(count, Matrix::zeros());
         out.von_mises.resize(count, 0.0);
@@ -25,8 +27,12 @@ impl<const D: usize> TotalLagrangian<D> {
             |s, l, gradient_energy| {
                 let pass = body_of(&self.passes, s);
                 let e = &pass.elasticity;
-                let (response, energy, out_of_plane) =
-                    with_law!(pass.law, L => (L::respond(e, l), L::energy(e, l), L::out_of_plane(e, l)));
+                let (volumetric, patch_energy) = pass.volumetric(s);
+                let (response, energy, out_of_plane) = with_law!(pass.law, L => (
+                    L::respond(e, l, volumetric),
+                    L::energy(e, l) + patch_energy,
+                    L::out_of_plane(e, l, volumetric),
+                ));
                 let f = plus_identity(l);
                 for lane in 0..LANES {
                     let user = self.numbering.user_of[s * LANES + lane];

@@ -9,6 +9,7 @@ use crate::materials::{ConstitutiveLaw, Elasticity, Law, with_law};
 use crate::options::Gradient;
 use crate::tlsph::field::Field;
 use crate::tlsph::gradient::{first_order, quadratic};
+use crate::tlsph::patches::Patches;
 use crate::tlsph::stencil::{Slice, Stencil};
 use std::array::from_fn;
 use std::ops::Range;
@@ -29,6 +30,23 @@ pub(crate) struct BodyPass {
     pub slices: Range<usize>,
     pub law: Law,
     pub elasticity: Elasticity,
+    /// Where the body is nearly incompressible.
+    pub patches: Option<Patches>,
+}
+
+impl BodyPass {
+    /// The stress (Pa) that patches add at a slice of the structure, and its energy per volume (J/m³).
+    #[inline(always)]
+    pub fn volumetric(&self, slice: usize) -> (Lanes, Lanes) {
+        match &self.patches {
+            Some(patches) => {
+                let mean = patches.mean(slice - self.slices.start);
+                let stress = mean * self.elasticity.patch_lambda;
+                (stress, stress * mean * 0.5)
+            }
+            None => (Lanes::ZERO, Lanes::ZERO),
+        }
+    }
 }
 
 /// Constants of the pass that are the same for all slices.
@@ -128,10 +146,28 @@ pub(crate) fn stress_pass(
     dimension: usize,
     gradient: Gradient,
     stencil: &Stencil,
-    bodies: &[BodyPass],
+    bodies: &mut [BodyPass],
     fields: &mut Fields,
 ) -> Option<usize> {
+    average_dilatations(dimension, gradient, stencil, bodies, fields);
     for_dimension!(dimension, gradient, stress_pass_in(stencil, bodies, fields))
+}
+
+/// Means over patches of the dilatations that the displacements make, where bodies have patches.
+pub(crate) fn average_dilatations(
+    dimension: usize,
+    gradient: Gradient,
+    stencil: &Stencil,
+    bodies: &mut [BodyPass],
+    fields: &Fields,
+) {
+    for body in bodies {
+        if let Some(patches) = &mut body.patches {
+            let (slices, law, out) = (body.slices.clone(), body.law, patches.dilatations.as_mut_slice());
+            for_dimension!(dimension, gradient, dilatation_pass_in(stencil, slices, law, fields, out));
+            patches.average();
+        }
+    }
 }
 
 /// Accelerations from the conjugates, and one Runge–Kutta stage.
@@ -150,9 +186,10 @@ pub(crate) fn energy_pass(
     dimension: usize,
     gradient: Gradient,
     stencil: &Stencil,
-    bodies: &[BodyPass],
+    bodies: &mut [BodyPass],
     fields: &mut Fields,
 ) {
+    average_dilatations(dimension, gradient, stencil, bodies, fields);
     for_dimension!(dimension, gradient, energy_pass_in(stencil, bodies, fields));
 }
 
@@ -209,7 +246,7 @@ fn stress_pass_in<const D: usize, const K: usize>(
                 #[inline(always)]
                 || {
                     with_law!(body.law, L => {
-                        stresses::<D, K, L>(pairs, &body.elasticity, &displacement, slices, &mut out)
+                        stresses::<D, K, L>(pairs, body, &displacement, slices, &mut out)
                     })
                 },
             )
@@ -218,6 +255,25 @@ fn stress_pass_in<const D: usize, const K: usize>(
         failed = failed.or(found);
     }
     failed
+}
+
+fn dilatation_pass_in<const D: usize, const K: usize>(
+    stencil: &Stencil,
+    slices: Range<usize>,
+    law: Law,
+    fields: &Fields,
+    out: &mut [f64],
+) {
+    let pairs = Pairs { stencil, margin: stencil.margin };
+    let displacement = fields.displacement.components::<D>();
+    let leaf = |slices: Range<usize>, out: [[&mut [f64]; 1]; 1]| {
+        pulp::Arch::new().dispatch(
+            #[inline(always)]
+            || with_law!(law, L => dilatations::<D, K, L>(pairs, &displacement, slices, out[0][0])),
+        );
+        None
+    };
+    in_tasks(slices, [[out]], &leaf);
 }
 
 fn stage_pass_in<const D: usize, const K: usize>(stencil: &Stencil, stage: &Stage, fields: &mut Fields) {
@@ -254,7 +310,7 @@ fn energy_pass_in<const D: usize, const K: usize>(
                 #[inline(always)]
                 || {
                     with_law!(body.law, L => {
-                        energies::<D, K, L>(pairs, &body.elasticity, &displacement, slices, out[0][0]);
+                        energies::<D, K, L>(pairs, body, &displacement, slices, out[0][0]);
                     });
                 },
             );
@@ -311,7 +367,7 @@ fn visit_gradients_in<const D: usize, const K: usize>(
 #[inline(always)]
 fn stresses<const D: usize, const K: usize, L: ConstitutiveLaw>(
     pairs: Pairs,
-    elasticity: &Elasticity,
+    body: &BodyPass,
     displacement: &[&[f64]; D],
     slices: Range<usize>,
     out: &mut [[&mut [f64]; K]; D],
@@ -321,9 +377,9 @@ fn stresses<const D: usize, const K: usize, L: ConstitutiveLaw>(
         let moments = pairs.moments::<D, K>(s, displacement);
         let constants = pairs.constants(s);
         let (q, jacobian) = if K == D {
-            first_order::respond::<D, K, L>(elasticity, &moments, constants)
+            first_order::respond::<D, K, L>(&body.elasticity, &moments, constants)
         } else {
-            quadratic::respond::<D, K, L>(elasticity, &moments, constants)
+            quadratic::respond::<D, K, L>(&body.elasticity, &moments, constants, body.volumetric(s).0)
         };
         if !jacobian.all_positive() && failed.is_none() {
             failed = Some(s);
@@ -338,16 +394,35 @@ fn stresses<const D: usize, const K: usize, L: ConstitutiveLaw>(
 }
 
 #[inline(always)]
+fn dilatations<const D: usize, const K: usize, L: ConstitutiveLaw>(
+    pairs: Pairs,
+    displacement: &[&[f64]; D],
+    slices: Range<usize>,
+    out: &mut [f64],
+) {
+    for (n, s) in slices.enumerate() {
+        let moments = pairs.moments::<D, K>(s, displacement);
+        let constants = pairs.constants(s);
+        let l = if K == D {
+            first_order::displacement_gradient::<D, K>(&moments, constants)
+        } else {
+            quadratic::displacement_gradient::<D, K>(&moments, constants)
+        };
+        L::dilatation(&l).store(out, n * LANES);
+    }
+}
+
+#[inline(always)]
 fn energies<const D: usize, const K: usize, L: ConstitutiveLaw>(
     pairs: Pairs,
-    elasticity: &Elasticity,
+    body: &BodyPass,
     displacement: &[&[f64]; D],
     slices: Range<usize>,
     out: &mut [f64],
 ) {
     for (n, s) in slices.enumerate() {
         let (l, gradient_energy) = pairs.observe::<D, K>(s, displacement);
-        (L::energy(elasticity, &l) + gradient_energy).store(out, n * LANES);
+        (L::energy(&body.elasticity, &l) + gradient_energy + body.volumetric(s).1).store(out, n * LANES);
     }
 }
 

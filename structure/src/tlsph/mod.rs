@@ -3,8 +3,8 @@
 //! Start at [`step`], the Runge–Kutta step over the sub-steps of one window. Below it: `kernels` (stresses
 //! from displacements, accelerations from stresses), on [`total_lagrangian`]'s arrays in the order of
 //! `numbering`, with the neighbours and weights of `stencil`, which one of the operators in `gradient` has
-//! made. `stability` finds the stable step; `clamps` moves what is fixed. `transfer` and `derived` lead from
-//! a state to those arrays and back.
+//! made; `patches` keep nearly incompressible bodies from locking. `stability` finds the stable step;
+//! `clamps` moves what is fixed. `transfer` and `derived` lead from a state to those arrays and back.
 
 mod clamps;
 mod derived;
@@ -13,6 +13,7 @@ mod ganzenmuller2015;
 mod gradient;
 mod kernels;
 mod numbering;
+mod patches;
 mod stability;
 mod stencil;
 pub mod step;

@@ -49,6 +49,13 @@ impl Numbering {
         slices
     }
 
+    /// The particle of a body, whose first one is `first_user` and which has these slices, at each internal
+    /// index from the first slice on; none where fillers are.
+    pub fn members(&self, slices: &Range<usize>, first_user: usize) -> Vec<Option<usize>> {
+        let own = &self.user_of[slices.start * LANES..slices.end * LANES];
+        own.iter().map(|&user| (user != NOBODY).then(|| user as usize - first_user)).collect()
+    }
+
     /// Internal indices, fillers included.
     pub fn count(&self) -> usize {
         self.user_of.len()

@@ -13,7 +13,8 @@ use crate::tlsph::ganzenmuller2015::HourglassPairs;
 use crate::tlsph::gradient::first_order::FirstOrder;
 use crate::tlsph::gradient::quadratic::Quadratic;
 use crate::tlsph::kernels::{self, BodyPass, Fields};
-use crate::tlsph::numbering::{NOBODY, Numbering};
+use crate::tlsph::numbering::Numbering;
+use crate::tlsph::patches::Patches;
 use crate::tlsph::stencil::Stencil;
 use sph::Vector;
 use sph::neighbours::{CellGrid, NeighbourList};
@@ -41,14 +42,8 @@ impl<const D: usize> Solid<D> for TotalLagrangian<D> {
         let particles = Particles::new(setup)?;
         let setup = &particles.setup;
         let numbering = Numbering::new(&setup.bodies);
-        let stencil = build_stencil(setup, &numbering)?;
-        let passes = (setup.bodies.iter().zip(&numbering.slices))
-            .map(|(body, slices)| BodyPass {
-                slices: slices.clone(),
-                law: body.material.law,
-                elasticity: body.material.elasticity::<D>(),
-            })
-            .collect();
+        let passes = build_passes(setup, &numbering);
+        let stencil = build_stencil(setup, &numbering, &passes)?;
         let basis = kernels::basis(D, setup.options.gradient);
         let mut fields = Fields::new(D, basis, stencil.margin, numbering.count());
         for (user, internal) in numbering.pairs().filter(|&(user, _)| !particles.clamped[user]) {
@@ -136,7 +131,7 @@ impl<const D: usize> TotalLagrangian<D> {
     /// Conjugates of the stage's displacements; the first slice with an inverted particle.
     pub(super) fn stresses(&mut self) -> Option<usize> {
         let gradient = self.particles.setup.options.gradient;
-        kernels::stress_pass(D, gradient, &self.stencil, &self.passes, &mut self.fields)
+        kernels::stress_pass(D, gradient, &self.stencil, &mut self.passes, &mut self.fields)
     }
 
     /// Internal accelerations (m/s²) of the stage from its conjugates, the hourglass control's among them;
@@ -180,17 +175,36 @@ impl<const D: usize> TotalLagrangian<D> {
     }
 }
 
+/// Law and constants of all bodies, and patches of those that would lock without.
+fn build_passes<const D: usize>(setup: &Setup<D>, numbering: &Numbering) -> Vec<BodyPass> {
+    let mut first_user = 0;
+    let mut passes = Vec::new();
+    for (body, slices) in setup.bodies.iter().zip(&numbering.slices) {
+        let mut elasticity = body.material.elasticity::<D>();
+        if setup.options.gradient == Gradient::Quadratic {
+            elasticity = elasticity.with_patches();
+        }
+        let patches = (elasticity.patch_lambda > 0.0)
+            .then(|| Patches::new(body, &numbering.members(slices, first_user)));
+        passes.push(BodyPass { slices: slices.clone(), law: body.material.law, elasticity, patches });
+        first_user += body.positions.len();
+    }
+    passes
+}
+
 /// Neighbours and weights of all bodies.
-fn build_stencil<const D: usize>(setup: &Setup<D>, numbering: &Numbering) -> Result<Stencil, SetupError> {
+fn build_stencil<const D: usize>(
+    setup: &Setup<D>,
+    numbering: &Numbering,
+    passes: &[BodyPass],
+) -> Result<Stencil, SetupError> {
     let mut stencil = Stencil::default();
     let ratio = setup.options.smoothing_ratio;
     let mut first_user = 0;
-    for (body, slices) in setup.bodies.iter().zip(&numbering.slices) {
+    for (body, pass) in setup.bodies.iter().zip(passes) {
+        let slices = &pass.slices;
         let first = slices.start * LANES;
-        let members: Vec<Option<usize>> = numbering.user_of[first..slices.end * LANES]
-            .iter()
-            .map(|&user| (user != NOBODY).then(|| user as usize - first_user))
-            .collect();
+        let members = numbering.members(slices, first_user);
         // A neighbour on the very edge of the support has no weight; round-off must not decide whether it is
         // in the list.
         let radius = 2.0 * ratio * body.spacing() * (1.0 - 1e-9);
@@ -212,7 +226,8 @@ fn build_stencil<const D: usize>(setup: &Setup<D>, numbering: &Numbering) -> Res
                 stencil.push(slices.clone(), &rows, &FirstOrder::new(body, ratio, first, &members))
             }
             Gradient::Quadratic => {
-                stencil.push(slices.clone(), &rows, &Quadratic::new(body, ratio, first, &members))
+                let operator = Quadratic::new(body, pass.elasticity, ratio, first, &members);
+                stencil.push(slices.clone(), &rows, &operator)
             }
         };
         pushed.map_err(|internal| SetupError {

@@ -114,7 +114,7 @@ impl<const D: usize> TotalLagrangian<D> {
     /// Strain energy (J) of the stage.
     pub(super) fn strain_energy(&mut self) -> f64 {
         let (gradient, stencil) = (self.particles.setup.options.gradient, &self.stencil);
-        kernels::energy_pass(D, gradient, stencil, &self.passes, &mut self.fields);
+        kernels::energy_pass(D, gradient, stencil, &mut self.passes, &mut self.fields);
         let internal_of = &self.numbering.internal_of;
         sph::parallel::sum(self.particles.len(), |user| {
             self.particles.volumes[user] * self.fields.energy.get(0, internal_of[user] as usize)

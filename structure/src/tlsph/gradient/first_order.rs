@@ -99,7 +99,8 @@ pub(crate) fn respond<const D: usize, const K: usize, L: ConstitutiveLaw>(
     moments: &[[Lanes; K]; D],
     constants: &[f64],
 ) -> ([[Lanes; K]; D], Lanes) {
-    let response = L::respond::<D>(elasticity, &displacement_gradient::<D, K>(moments, constants));
+    let response =
+        L::respond::<D>(elasticity, &displacement_gradient::<D, K>(moments, constants), Lanes::ZERO);
     let q = product(&response.first_piola, &inverse_moment::<D>(constants));
     // K equals D here; the compiler knows it only after instantiation.
     (matrix(|i, k| q[i][k]), response.jacobian)

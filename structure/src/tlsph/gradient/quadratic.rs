@@ -11,7 +11,8 @@
 //! `Π_a = V_a [ψ(F_a) + ½ sᵀ D̃ s]`, where `s` stacks the Voigt components of `∂E/∂X_k = sym(Fᵀ ∂F/∂X_k)` and
 //! `D = S ⊗ C` holds the cell's second moments `S` (`diag(Δx_k²/12)` on a lattice; naturally stabilised nodal
 //! integration, Hillman and Chen 2016). `D̃` is `D` with the dropped directions condensed out. `C` is that of
-//! small strains, for every law, with `λ` limited ([`LAMBDA_LIMIT`]).
+//! small strains, for every law, with `λ` limited: two more volumetric constraints per particle lock nearly
+//! incompressible materials (and so does one: [`patches`](crate::tlsph::patches)).
 //!
 //! `F` is that at the cell's centroid: the gradient at the particle and the Hessian times the centroid's
 //! offset.
@@ -36,12 +37,6 @@ use sph::kernel::CubicSpline;
 /// particles from collapsing.
 const RESOLVED: f64 = 0.2;
 
-/// `λ` counts in the strain-gradient energy up to this many `μ` (`ν = 0.4`): two more volumetric constraints
-/// per particle lock nearly incompressible materials. A gravity-loaded beam of six layers at `ν = 0.49`
-/// deflects 57.5 mm with the limit, 55.7 without, where the scaling `1 − ν²` of the reference at `ν = 0.4`
-/// says 59.2.
-const LAMBDA_LIMIT: f64 = 4.0;
-
 /// Where the entry `(i, j)` of a symmetric matrix of `size` rows stands in its upper triangle, row by row.
 #[inline(always)]
 const fn triangle(i: usize, j: usize, size: usize) -> usize {
@@ -59,9 +54,15 @@ pub(crate) struct Quadratic<'a, const D: usize> {
 }
 
 impl<'a, const D: usize> Quadratic<'a, D> {
-    pub fn new(body: &'a Body<D>, smoothing_ratio: f64, first: usize, members: &'a [Option<usize>]) -> Self {
+    pub fn new(
+        body: &'a Body<D>,
+        elasticity: Elasticity,
+        smoothing_ratio: f64,
+        first: usize,
+        members: &'a [Option<usize>],
+    ) -> Self {
         let kernel = CubicSpline::new(smoothing_ratio * body.spacing());
-        Self { body, kernel, elasticity: body.material.elasticity::<D>(), first, members }
+        Self { body, kernel, elasticity, first, members }
     }
 
     const HESSIAN: usize = D * (D + 1) / 2;
@@ -137,7 +138,7 @@ impl<'a, const D: usize> Quadratic<'a, D> {
     fn strain_gradient_stiffness(&self, second_moment: &Matrix<D>, dropped: &DMatrix<f64>) -> DMatrix<f64> {
         let h = Self::HESSIAN;
         let mut stiffness = DMatrix::zeros(D * h, D * h);
-        let lambda = self.elasticity.in_plane_lambda.min(LAMBDA_LIMIT * self.elasticity.mu);
+        let lambda = self.elasticity.strain_gradient_lambda;
         for (k, m) in (0..D).flat_map(|k| (0..D).map(move |m| (k, m))) {
             let moment = second_moment[(k, m)];
             for i in 0..D {
@@ -351,19 +352,20 @@ fn strain_gradient_stress<const D: usize, const K: usize>(
     t
 }
 
-/// Conjugates `V c M` of the moments, and `J`.
+/// Conjugates `V c M` of the moments, and `J`; `volumetric` is the stress (Pa) that patches add.
 #[inline(always)]
 pub(crate) fn respond<const D: usize, const K: usize, L: ConstitutiveLaw>(
     elasticity: &Elasticity,
     moments: &[[Lanes; K]; D],
     constants: &[f64],
+    volumetric: Lanes,
 ) -> ([[Lanes; K]; D], Lanes) {
     let mut g = derivatives::<D, K>(moments, constants);
     let offset = centroid_offset::<D, K>(constants);
     to_centroid(&mut g, &offset);
     let l = first::<D, K>(&g);
     let f = plus_identity(&l);
-    let response = L::respond::<D>(elasticity, &l);
+    let response = L::respond::<D>(elasticity, &l, volumetric);
     let t = strain_gradient_stress::<D, K>(&strain_gradients::<D, K>(&f, &g), constants);
     let mut c = [[Lanes::ZERO; K]; D];
     for i in 0..D {
@@ -390,6 +392,17 @@ pub(crate) fn respond<const D: usize, const K: usize, L: ConstitutiveLaw>(
     let volume = Lanes::load(constants, cell_constants(D, K));
     let q = derivatives::<D, K>(&c, constants);
     (matrix(|i, k| q[i][k] * volume), response.jacobian)
+}
+
+/// The displacement gradient at the centroids.
+#[inline(always)]
+pub(crate) fn displacement_gradient<const D: usize, const K: usize>(
+    moments: &[[Lanes; K]; D],
+    constants: &[f64],
+) -> Tensor<D> {
+    let mut g = derivatives::<D, K>(moments, constants);
+    to_centroid(&mut g, &centroid_offset::<D, K>(constants));
+    first::<D, K>(&g)
 }
 
 /// The displacement gradient, and the strain-gradient energy per volume (J/m³).

@@ -1,5 +1,5 @@
 //! What a step costs, stage by stage, on one and two threads, beside the machine's memory bandwidth:
-//! `cargo run --release -p fluid --example step_cost -- CELLS TOLERANCE [STEPS] [MEASURED] [STATE]`.
+//! `cargo bench -p fluid --bench step_cost -- CELLS TOLERANCE [STEPS] [MEASURED] [STATE]`.
 //!
 //! A column of water 1 × 2 in a tank 4 wide, `CELLS` particles across, has flowed for `STEPS` steps; each of
 //! the next `MEASURED` steps is then taken three times on one thread and on two, and the least time of each
@@ -7,7 +7,6 @@
 //! there if the file exists, and written there after the steps. Memory is the process's, before and after.
 //! Bandwidth is [`traffic`] by time.
 
-#[path = "../benches/column/mod.rs"]
 mod column;
 
 use column::column;
@@ -105,7 +104,7 @@ fn main() {
     let (empty, _) = memory();
     let (mut fluid, mut state) = column(cells, tolerance);
     let mut trial = State::default();
-    let file = std::env::args().nth(5);
+    let file = std::env::args().skip(1).filter(|a| a != "--bench").nth(4);
     if let Some(bytes) = file.as_ref().and_then(|path| std::fs::read(path).ok()) {
         state = State::from_bytes(&bytes).expect("the file holds a state");
     }
