@@ -117,8 +117,8 @@ impl<'a, const D: usize> Probe<'a, D> {
         Self { positions, velocities, pressures, kernel, grid }
     }
 
-    /// Mean pressure (Pa) over an area, as a sensor there has it: that of [`at`](Self::at) where fluid touches
-    /// it, which is where a particle is within one `spacing` (m), and none where it is dry.
+    /// Mean pressure (Pa) over an area, as a sensor there has it: that of [`at`](Self::at) where fluid
+    /// touches it, which is where a particle is within one `spacing` (m), and none where it is dry.
     pub fn mean_over(&self, area: &Area<D>, spacing: f64) -> f64 {
         let pressure = |(point, share): (Vector<D>, f64)| {
             let mut is_touched = false;
@@ -176,9 +176,9 @@ mod tests {
     type V = Vector<2>;
 
     /// Water 0.5 m deep beside a wall at x = 0, under gravity of 10 m/s²: a sensor from 0.1 to 0.3 m has the
-    /// pressure at its middle, one from 0.4 to 0.6 m that of the half which is wet, 10⁴·0.1²/2 over 0.2 m, but
-    /// for the third of a spacing beyond the waterline that still counts as touched (1.2 %); one above is
-    /// dry.
+    /// pressure at its middle, one from 0.4 to 0.6 m that of the half which is wet, 10⁴·0.1²/2 over 0.2 m,
+    /// but for the third of a spacing beyond the waterline that still counts as touched (1.2 %); one above
+    /// is dry.
     #[test]
     fn a_sensor_has_the_mean_over_its_area() {
         let spacing = 0.02;

@@ -327,9 +327,9 @@ at = [0.8, 0.2]
         values.clear();
         probes.read(1.0, &state, &mut values);
         // The corner (0.4, 0.4) has come to (−0.4, 0.4). 16 points of 0.01 m³ take −3·0.16 N, the first one
-        // 0.08 N upwards in place of 0.03 N downwards. The middle has come to (−0.2, 0.8), and the first point
-        // (0.65, 0.05) to (−0.05, 0.65): about (0.8, 0.2) the uniform part has an arm of (−1, 0.6), and the
-        // other 0.11 N one of −0.85 m.
+        // 0.08 N upwards in place of 0.03 N downwards. The middle has come to (−0.2, 0.8), and the first
+        // point (0.65, 0.05) to (−0.05, 0.65): about (0.8, 0.2) the uniform part has an arm of (−1, 0.6),
+        // and the other 0.11 N one of −0.85 m.
         let moment = -0.48 * (-1.0 - 0.6) - 0.85 * 0.11;
         let expected = [-0.8, 0.0, 0.4, 0.4, 0.0, 1.6, -0.48, -0.37, moment];
         for ((name, _), (found, expected)) in names.iter().zip(values.iter().zip(expected)) {
