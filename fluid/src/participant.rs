@@ -287,6 +287,15 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
                         _ => scalars.extend(body.spread.iter()),
                     }
                 }
+                Place::WallAbout(name, about) => {
+                    let moment = self.fluid.wall_moment(name, &here(about));
+                    let moment = moment.expect("a checked case names walls that are there");
+                    // Frames turn about the third axis.
+                    match D {
+                        2 => scalars.push(moment[2]),
+                        _ => scalars.extend(turned_back(Vector::from_fn(|i, _| moment[i])).iter()),
+                    }
+                }
                 Place::Wall(name) => {
                     let force =
                         self.fluid.wall_force(name).expect("a checked case names walls that are there");

@@ -26,6 +26,8 @@ pub enum Place<const D: usize> {
     Box(Option<(Vector<D>, Vector<D>)>),
     /// At a wall.
     Wall(String),
+    /// At a wall, about a point (m).
+    WallAbout(String, Vector<D>),
     /// Along a line, from a point (m) in the direction of a unit vector.
     Line { at: Vector<D>, direction: Vector<D> },
     /// At the pressure on an area.
@@ -66,6 +68,7 @@ fn place<const D: usize>(probe: &Probe, gravity: &[f64]) -> Option<Place<D>> {
         ProbeTarget::FluidPoint(at) | ProbeTarget::WallPoint { at, .. } => Place::Point(vector(at)),
         ProbeTarget::FluidBox(bounds) => Place::Box(bounds.map(setup::corners)),
         ProbeTarget::Wall(name) => Place::Wall(name.to_owned()),
+        ProbeTarget::WallAbout { wall, at } => Place::WallAbout(wall.to_owned(), vector(at)),
         ProbeTarget::Line { at, direction } => {
             let direction = direction.map_or_else(|| -vector(gravity), vector);
             Place::Line { at: vector(at), direction: direction.try_normalize(0.0)? }

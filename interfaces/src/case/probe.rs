@@ -62,7 +62,7 @@ pub enum ProbeSide {
     /// The fluid: pressure and velocity at a point; extent, centroid and spread of the fluid in a box; height
     /// of its surface along a line; flux through an area.
     Fluid,
-    /// A wall: pressure at a point or over a sensor's area; force of the fluid on the wall.
+    /// A wall: pressure at a point or over a sensor's area; force and moment of the fluid on the wall.
     Wall,
 }
 
@@ -98,6 +98,13 @@ pub enum ProbeTarget<'a> {
     },
     /// A whole wall: the force of the fluid on it.
     Wall(&'a str),
+    /// A whole wall: the moment of the fluid's force on it about a point (m).
+    WallAbout {
+        /// The wall.
+        wall: &'a str,
+        /// The point (m).
+        at: &'a [f64],
+    },
     /// A line through the fluid: where its surface is.
     Line {
         /// Where it begins (m).
@@ -155,6 +162,7 @@ impl Probe {
             }
             (ProbeSide::Fluid, _) => ProbeTarget::FluidPoint(at),
             (ProbeSide::Wall, ProbeQuantity::Force) => ProbeTarget::Wall(wall),
+            (ProbeSide::Wall, ProbeQuantity::Moment) => ProbeTarget::WallAbout { wall, at },
             (ProbeSide::Wall, _) => ProbeTarget::WallPoint { wall, at },
         }
     }
@@ -195,8 +203,8 @@ impl Probe {
         let meaning = match self.target() {
             ProbeTarget::StructurePoint { body, at } => format!("{quantity} of {body} at {at:?} m"),
             ProbeTarget::Body(body) => format!("{quantity} of the fluid on {body}"),
-            ProbeTarget::BodyAbout { body, at } => {
-                format!("{quantity} of the fluid on {body} about {at:?} m")
+            ProbeTarget::BodyAbout { body: on, at } | ProbeTarget::WallAbout { wall: on, at } => {
+                format!("{quantity} of the fluid on {on} about {at:?} m")
             }
             ProbeTarget::FluidPoint(at) => format!("{quantity} of the fluid at {at:?} m"),
             ProbeTarget::FluidBox(None) => format!("{quantity} of the fluid"),

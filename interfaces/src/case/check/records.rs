@@ -102,7 +102,9 @@ fn quantities(side: ProbeSide) -> (&'static str, &'static [ProbeQuantity]) {
                 ProbeQuantity::Flux,
             ],
         ),
-        ProbeSide::Wall => ("a wall", &[ProbeQuantity::Pressure, ProbeQuantity::Force]),
+        ProbeSide::Wall => {
+            ("a wall", &[ProbeQuantity::Pressure, ProbeQuantity::Force, ProbeQuantity::Moment])
+        }
     }
 }
 
@@ -216,6 +218,7 @@ fn check_on_wall(key: &str, probe: &Probe, file: &Case, findings: &mut Findings)
     let wall = chosen(key, section, probe.wall.as_ref(), &fluid.walls, |wall| &wall.name, findings);
     let spacing = fluid.particle_spacing;
     if let (Some(wall), Some(at)) = (wall, &probe.at)
+        && probe.quantity != ProbeQuantity::Moment
         && is_off_wall(at, wall, spacing)
     {
         let problem = format!("is farther than one particle spacing from the wall \"{}\"", wall.name);
