@@ -1,37 +1,64 @@
-//! What the coupler writes of accepted windows: `windows.csv`, `probes.csv`, and beside them the sums over
-//! all windows for `summary.json`.
+//! What the coupler writes of accepted windows: `windows.csv`, `probes.csv`, `probes_intervals.csv`, and
+//! beside them the sums over all windows for `summary.json`.
 
+mod interface;
 mod running;
+mod statistics;
 
 use crate::condition46::Resultant;
 use crate::convergence::Residual;
-use crate::schemes::Accepted;
+use crate::schemes::{Accepted, InterfaceState};
 use crate::side::Side;
+use interface::{InterfaceProbes, InterfaceSnapshots};
+use interfaces::case::Case;
 use interfaces::{Scalar, ScalarKind, TimeWindow};
 use output::columns::Column;
 use output::summary::{Balances, Condition46, Extremes, FluidBalance, Iterations};
 use output::table::Table;
 use running::Running;
+use statistics::Statistics;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use words::bytes::{self, Reader, Writer};
 
 /// File of one row a window.
 pub const WINDOWS: &str = "windows.csv";
 /// File of one row a window of probe values.
 pub const PROBES: &str = "probes.csv";
+/// File of one row an interval of probe values.
+pub const INTERVALS: &str = "probes_intervals.csv";
 
 /// File of one row an iteration; only with an implicit scheme.
 pub const ITERATIONS: &str = "iterations.csv";
 /// A row is due up to this part of the interval before: rounding of the sum of window sizes.
 const ON_TIME: f64 = 1e-9;
 
+/// What a case wants recorded.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wanted<'a> {
+    /// Whether there are iterations, which have a table then.
+    pub iterations: bool,
+    /// Time (s) that is at least between two rows, but where an output is due.
+    pub interval: f64,
+    /// The case, for its probes: which of them go over intervals, are low-passed, or are on a structure that
+    /// does not report them. Nobody's are without one.
+    pub case: Option<&'a Case>,
+}
+
 /// The tables of a run, being written.
 pub struct Records {
-    dir: PathBuf,
     windows: Table,
     probes: Option<Table>,
+    intervals: Option<Table>,
     iterations: Option<Table>,
+    /// Rows of the table of intervals.
+    interval_rows: u64,
+    statistics: Statistics,
+    /// Probes and snapshots of a structure that does not give its own.
+    on_interface: Option<InterfaceProbes>,
+    snapshots: Option<InterfaceSnapshots>,
+    /// The probes' values in the accepted state, in the order of their columns.
+    values: Vec<f64>,
     solved: IterationSums,
     running: Running,
     /// Time between rows (s); none between those of every window.
@@ -96,8 +123,13 @@ fn interface_columns(dimension: usize) -> Vec<Column> {
 
 impl Records {
     /// Makes the tables in `dir` for the sides of a run, and writes the probes' values at `time` (s), the
-    /// start. Between two rows there is at least `interval` (s), but where an output is due.
-    pub fn create(dir: &Path, sides: &[&Side], time: f64, interval: f64) -> output::Result<Self> {
+    /// start.
+    pub fn create(
+        dir: &Path,
+        (sides, interface): (&[&Side], Option<InterfaceState<'_>>),
+        time: f64,
+        wanted: &Wanted<'_>,
+    ) -> output::Result<Self> {
         let dimension = sides.iter().map(|s| s.describe().dimension).max().unwrap_or(2);
         let coupled = sides.len() > 1;
         let mut columns = vec![
@@ -121,20 +153,44 @@ impl Records {
                 }
             }
         }
-        output::columns::write(dir, &[(WINDOWS, &columns), (PROBES, &probe_columns)])?;
-        let windows = Table::create(&dir.join(WINDOWS), &columns)?;
-        let probes = match probe_columns.len() {
-            1 => None,
-            _ => Some(Table::create(&dir.join(PROBES), &probe_columns)?),
+        let (case, start) = (wanted.case, interface.as_ref());
+        let on_interface =
+            case.zip(start).map(|(case, start)| InterfaceProbes::new(case, &probe_columns, start));
+        probe_columns.extend(on_interface.iter().flat_map(InterfaceProbes::columns).cloned());
+        let probes = case.map_or(&[][..], |case| &case.probes);
+        let statistics = Statistics::new(time, &probe_columns[1..], probes, dimension);
+        probe_columns.extend(statistics.low_passed(&probe_columns[1..]));
+        let interval_columns = statistics.over_intervals(&probe_columns[1..]);
+        let table = |name: &str, columns: &[Column]| -> output::Result<Table> {
+            output::columns::write(dir, &[(name, columns)])?;
+            Table::create(&dir.join(name), columns)
         };
+        output::columns::write(dir, &[(WINDOWS, &columns), (PROBES, &probe_columns)])?;
         let mut records = Self {
-            dir: dir.to_owned(),
-            windows,
-            probes,
-            iterations: None,
+            windows: Table::create(&dir.join(WINDOWS), &columns)?,
+            probes: match probe_columns.len() {
+                1 => None,
+                _ => Some(Table::create(&dir.join(PROBES), &probe_columns)?),
+            },
+            intervals: match interval_columns.len() {
+                1 => None,
+                _ => Some(table(INTERVALS, &interval_columns)?),
+            },
+            iterations: match wanted.iterations {
+                true => Some(table(ITERATIONS, &iteration_columns())?),
+                false => None,
+            },
+            interval_rows: 0,
+            statistics,
+            on_interface,
+            snapshots: match start.filter(|_| case.is_some()) {
+                Some(start) => InterfaceSnapshots::create(dir, time, start)?,
+                None => None,
+            },
+            values: Vec::with_capacity(probe_columns.len()),
             solved: IterationSums::default(),
-            running: Running::default(),
-            interval,
+            running: Running::new(&probe_columns[1..]),
+            interval: wanted.interval,
             recorded: time,
             rows: 0,
             dimension,
@@ -146,23 +202,22 @@ impl Records {
             row: Vec::with_capacity(columns.len()),
             seconds: vec![0.0; sides.len()],
         };
-        records.running.probes(time, sides);
-        records.probe_row(time, sides)?;
+        records.read_probes(time, sides, start);
+        records.probe_row(time)?;
         Ok(records)
     }
 
-    /// Makes the table of iterations.
-    pub fn record_iterations(&mut self) -> output::Result<()> {
-        let columns = [
-            Column::new("window", "1", "number of the window"),
-            Column::new("iteration", "1", "which solution of it"),
-            Column::new("residual_absolute", "Pa/m", "norm of the residual of the load"),
-            Column::new("residual_relative", "1", "residual over the values"),
-            Column::new("residual_of_first", "1", "residual over that of the window's first iteration"),
-        ];
-        output::columns::write(&self.dir, &[(ITERATIONS, &columns)])?;
-        self.iterations = Some(Table::create(&self.dir.join(ITERATIONS), &columns)?);
-        Ok(())
+    /// Reads the probes of the accepted state at a time (s).
+    fn read_probes(&mut self, time: f64, sides: &[&Side], interface: Option<&InterfaceState<'_>>) {
+        self.values.clear();
+        for side in sides {
+            self.values.extend(scalars(side, ScalarKind::Probe));
+        }
+        if let (Some(probes), Some(state)) = (&self.on_interface, interface) {
+            probes.read(time, state, &mut self.values);
+        }
+        self.statistics.take(time, &mut self.values);
+        self.running.probes(time, &self.values);
     }
 
     /// Records an accepted window, and what each of its iterations left; nothing with an explicit scheme.
@@ -171,14 +226,14 @@ impl Records {
         &mut self,
         accepted: &Accepted,
         residuals: &[Residual],
-        sides: &[&Side],
+        (sides, interface): (&[&Side], Option<InterfaceState<'_>>),
     ) -> output::Result<()> {
         let is_due = self.interval == 0.0
             || accepted.output.is_some()
             || accepted.time - self.recorded >= self.interval * (1.0 - ON_TIME);
         let recorded = self
             .iterations(&accepted.window, residuals, is_due)
-            .and_then(|()| self.window(accepted, sides, is_due));
+            .and_then(|()| self.window(accepted, (sides, interface.as_ref()), is_due));
         if recorded.is_err() {
             // The error to tell is the one that was first.
             let _ = self.cut();
@@ -195,6 +250,10 @@ impl Records {
         self.windows.cut(|row, _| row < whole)?;
         if let Some(probes) = &mut self.probes {
             probes.cut(|row, _| row <= whole)?;
+            let last = probes.last_first_cell()?;
+            if let Some(intervals) = &mut self.intervals {
+                intervals.cut(|_, end| last.is_some_and(|last| end <= last))?;
+            }
         }
         let last = self.windows.last_first_cell()?;
         if let Some(iterations) = &mut self.iterations {
@@ -228,7 +287,12 @@ impl Records {
         Ok(())
     }
 
-    fn window(&mut self, accepted: &Accepted, sides: &[&Side], is_due: bool) -> output::Result<()> {
+    fn window(
+        &mut self,
+        accepted: &Accepted,
+        (sides, interface): (&[&Side], Option<&InterfaceState<'_>>),
+        is_due: bool,
+    ) -> output::Result<()> {
         let window = &accepted.window;
         let mut row = std::mem::take(&mut self.row);
         row.clear();
@@ -254,7 +318,13 @@ impl Records {
             row.push(self.work_applied);
         }
         self.running.balances(sides);
-        self.running.probes(accepted.time, sides);
+        self.read_probes(accepted.time, sides, interface);
+        if let Some(table) = &mut self.intervals {
+            for row in self.statistics.ended() {
+                table.row(row)?;
+                self.interval_rows += 1;
+            }
+        }
         if !is_due {
             self.row = row;
             return Ok(());
@@ -269,8 +339,11 @@ impl Records {
         self.row = row;
         written?;
         self.rows += 1;
-        self.probe_row(accepted.time, sides)?;
+        self.probe_row(accepted.time)?;
         if accepted.output.is_some() {
+            if let (Some(snapshots), Some(state)) = (&mut self.snapshots, interface) {
+                snapshots.write(accepted.time, state)?;
+            }
             self.flush()?;
         }
         Ok(())
@@ -279,19 +352,17 @@ impl Records {
     /// Hands all rows so far to the operating system.
     pub fn flush(&mut self) -> output::Result<()> {
         self.windows.flush()?;
-        for table in [&mut self.probes, &mut self.iterations].into_iter().flatten() {
+        for table in [&mut self.probes, &mut self.intervals, &mut self.iterations].into_iter().flatten() {
             table.flush()?;
         }
         Ok(())
     }
 
-    fn probe_row(&mut self, time: f64, sides: &[&Side]) -> output::Result<()> {
+    fn probe_row(&mut self, time: f64) -> output::Result<()> {
         let Some(table) = &mut self.probes else { return Ok(()) };
         self.row.clear();
         self.row.push(time);
-        for side in sides {
-            self.row.extend(scalars(side, ScalarKind::Probe));
-        }
+        self.row.extend(&self.values);
         table.row(&self.row)
     }
 
@@ -302,11 +373,12 @@ impl Records {
         row.push(resultant.power);
     }
 
-    /// Rows of the tables of windows, probes and iterations, where there is such a table. Probes have one of
-    /// the start.
-    pub fn rows(&self) -> [Option<u64>; 3] {
+    /// Rows of the tables of windows, probes, iterations and intervals, where there is such a table. Probes
+    /// have one of the start.
+    pub fn rows(&self) -> [Option<u64>; 4] {
         let probes = self.probes.is_some().then_some(self.rows + 1);
-        [Some(self.rows), probes, self.iterations.is_some().then_some(self.solved.total)]
+        let iterations = self.iterations.is_some().then_some(self.solved.total);
+        [Some(self.rows), probes, iterations, self.intervals.is_some().then_some(self.interval_rows)]
     }
 
     /// Writes the number of rows, and the sums over them that a next row adds to.
@@ -319,6 +391,8 @@ impl Records {
         state.f64(self.work_applied);
         state.f64(self.recorded);
         self.running.save(state);
+        state.u64(self.interval_rows);
+        self.statistics.save(state);
         let IterationSums { windows, total, most, not_converged } = self.solved;
         [windows, total, most, not_converged].into_iter().for_each(|count| state.u64(count));
     }
@@ -334,6 +408,8 @@ impl Records {
         self.work_applied = state.f64("work taken")?;
         self.recorded = state.f64("time of the last row")?;
         self.running.restore(state)?;
+        self.interval_rows = state.u64("rows of intervals")?;
+        self.statistics.restore(state)?;
         let IterationSums { windows, total, most, not_converged } = &mut self.solved;
         for count in [windows, total, most, not_converged] {
             *count = state.u64("sums over the iterations")?;
@@ -359,6 +435,16 @@ impl Records {
         let (fluid, probes) = (self.running.fluid(), self.running.extremes());
         (Sums { balances, condition_46, fluid, probes, iterations }, written)
     }
+}
+
+fn iteration_columns() -> [Column; 5] {
+    [
+        Column::new("window", "1", "number of the window"),
+        Column::new("iteration", "1", "which solution of it"),
+        Column::new("residual_absolute", "Pa/m", "norm of the residual of the load"),
+        Column::new("residual_relative", "1", "residual over the values"),
+        Column::new("residual_of_first", "1", "residual over that of the window's first iteration"),
+    ]
 }
 
 /// Iterations over the accepted windows.

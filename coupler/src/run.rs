@@ -8,7 +8,7 @@ pub mod recorded;
 pub use folder::{CASE, SUMMARY};
 pub use options::{Options, RunError};
 pub use participants::{Build, Solvers, participant_deadlines, threads};
-pub use recorded::Recorded;
+pub use recorded::{Recorded, Wanted};
 
 use crate::phase::Phase;
 use crate::progress::Progress;
@@ -17,10 +17,12 @@ use crate::schemes::{Coupled, Onward, Pair, Run, Scheme, SchemeError, Solver};
 use crate::side::Side;
 use crate::timing::Timing;
 use crate::trace::{TRACE, Trace};
+use interfaces::Direction::Out;
 use interfaces::case::Case;
 use interfaces::case::participant::Start;
 use interfaces::case::probe::Probe;
-use interfaces::{Role, Scalar, SubSteps, pairing};
+use interfaces::port::names;
+use interfaces::{Port, Role, Scalar, SubSteps, pairing};
 use output::summary::{RoleUse, Status, Summary};
 use participants::Participants;
 use std::panic::AssertUnwindSafe;
@@ -173,11 +175,16 @@ pub(crate) fn coupled(
     let mut pair = Pair::initialize(fluid, structure, schedule.time(), coupling.structure_velocity)?;
     pair.announce = announce.clone();
     pair.load_in_window = coupling.load_in_window;
+    if case.start(Role::Structure).is_some_and(|start| start != Start::Own) {
+        // Of another program's structure the coupler tells what acts on it.
+        pair.keep_load();
+    }
     if let Some(steady_state) = &coupling.steady_state {
         pair.end_when_steady(steady_state.clone());
     }
     let run = Run { solver: Coupled::new(pair, Scheme::of(coupling)), schedule };
-    Recorded::create(run, &options.out, coupling.scheme.is_implicit(), case.general.record_interval, announce)
+    let iterations = coupling.scheme.is_implicit();
+    Recorded::create(run, &options.out, &Wanted { iterations, ..wanted(case) }, announce)
 }
 
 /// The one side of a case, ready for its first window.
@@ -190,13 +197,12 @@ fn alone(
     let mut side = participants.take(role).expect("a checked case has a fluid or a structure");
     let (points, schedule) = (side.points().unwrap_or(0), schedule(case));
     side.initialize(schedule.time(), points, None)?;
-    Recorded::create(
-        Run { solver: side, schedule },
-        &options.out,
-        false,
-        case.general.record_interval,
-        participants.timing.announce(),
-    )
+    let announce = participants.timing.announce();
+    Recorded::create(Run { solver: side, schedule }, &options.out, &wanted(case), announce)
+}
+
+fn wanted(case: &Case) -> Wanted<'_> {
+    Wanted { interval: case.general.record_interval, case: Some(case), iterations: false }
 }
 
 /// Solves all windows and ends the sides in order.
@@ -266,6 +272,14 @@ fn notes(case: &Case, sides: &[&Side]) -> Vec<String> {
         let is_of_side = |probe: &&Probe| probe.is_on_structure() == (role == Role::Structure);
         for probe in case.probes.iter().filter(is_of_side) {
             let is_missing = |probe: &Scalar| description.scalars.iter().all(|s| s.name != probe.name);
+            let gives_position = |port: &Port| (port.name.as_str(), port.direction) == (names::POSITION, Out);
+            if case.coupling.is_some()
+                && probe.is_of_interface()
+                && description.ports.iter().any(gives_position)
+            {
+                // The coupler records it.
+                continue;
+            }
             let missing: Vec<_> = probe.scalars(case.general.dimension).filter(is_missing).collect();
             if let Some(first) = missing.first() {
                 let (solver, name) = (&description.solver, &probe.name);

@@ -99,6 +99,21 @@ pub trait Fluid<const D: usize>: Sized {
         self.walls().part(name).map(of)
     }
 
+    /// Moment (N m) about the origin of the force on each part of the walls; in two dimensions about the
+    /// third axis alone.
+    fn wall_moments(&self) -> &[[f64; 3]];
+
+    /// Moment (N m) about a point (m) of the force on a named part of the walls, as
+    /// [`wall_force`](Self::wall_force) has it.
+    fn wall_moment(&self, name: &str, about: &Vector<D>) -> Option<[f64; 3]> {
+        let force = self.wall_force(name)?;
+        let part = self.walls().part(name)?;
+        let about_origin = self.wall_moments().get(part).copied().unwrap_or_default();
+        let of = |i: usize, j: usize| about[i] * force[j] - about[j] * force[i];
+        let shifted = if D == 3 { [of(1, 2), of(2, 0), of(0, 1)] } else { [0.0, 0.0, of(0, 1)] };
+        Some(std::array::from_fn(|i| about_origin[i] - shifted[i]))
+    }
+
     /// What shows why a solve failed, by name, one entry a particle: where it stopped on its way to `trial`,
     /// its residual as the equations have it.
     fn failed_solve<'a>(&'a self, trial: &'a State<D, Self::Memory>) -> Vec<(&'static str, &'a [f64])>;

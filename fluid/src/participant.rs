@@ -4,12 +4,13 @@
 //! probes and balances.
 
 mod ledger;
+mod places;
 mod saved;
 mod section;
 mod setup;
 mod snapshot;
 
-use crate::boundaries::wall_motion::Motion;
+use crate::boundaries::period::Period;
 use crate::boundaries::walls::Walls;
 use crate::error::Error;
 use crate::interface::{InterfaceInput, InterfaceParticles};
@@ -17,15 +18,15 @@ use crate::isph::solver::Isph;
 use crate::isph::state::Memory;
 use crate::method::Fluid;
 use crate::particles::state::State;
-use crate::probes;
-use interfaces::case::probe::{Probe, ProbeTarget};
-use interfaces::case::{Case, motion};
+use crate::probes::{self, flux, gauge};
+use interfaces::case::Case;
 use interfaces::port::names;
 use interfaces::{
     Description, Direction, Fields, Participant, ParticipantError, Port, Quantity, Readiness, Result, Role,
     Scalar, ScalarKind, TimeWindow, WindowReport,
 };
 use ledger::Ledger;
+use places::{Place, Watched};
 pub use section::SECTIONS;
 use snapshot::Snapshots;
 use sph::Vector;
@@ -125,8 +126,15 @@ struct FluidParticipant<const D: usize, F: Fluid<D>> {
     positions: Vec<Vector<D>>,
     velocities: Vec<Vector<D>>,
     held: Vec<Vector<D>>,
-    /// Each with the frame that it goes with.
-    probes: Vec<(Probe, Option<Motion<D>>)>,
+    /// Reference volumes (m³) of the structure's particles.
+    volumes: Vec<f64>,
+    probes: Vec<Watched<D>>,
+    /// Of each probe of a flux, what has crossed in the last window, and since the start (m³): in the
+    /// accepted state and in the trial.
+    accepted_passed: Vec<[f64; 2]>,
+    trial_passed: Vec<[f64; 2]>,
+    /// Memory for the places of particles by their numbers.
+    by_id: Vec<u32>,
     /// Largest time step that the case allows (s).
     max_time_step: f64,
     end_of_trial: f64,
@@ -148,10 +156,14 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
         out: &Path,
     ) -> Result<Self> {
         let on_fluid = case.probes.iter().filter(|probe| !probe.is_on_structure());
-        let framed = |probe: &Probe| (probe.clone(), case.frame_of(probe).and_then(motion::Motion::rigid));
-        let probes: Vec<_> = on_fluid.map(framed).collect();
+        let probes = on_fluid.map(|probe| Watched::new(probe, case)).collect::<Result<Vec<_>>>()?;
+        let fluxes = probes.iter().filter(|probe| probe.is_flux()).count();
         Ok(Self {
             description: describe::<D>(F::METHOD, &probes),
+            volumes: Vec::new(),
+            accepted_passed: vec![[0.0; 2]; fluxes],
+            trial_passed: vec![[0.0; 2]; fluxes],
+            by_id: Vec::new(),
             trial: initial.clone(),
             accepted: initial,
             accepted_ledger: Ledger::default(),
@@ -207,35 +219,34 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
         self.fluid.stable_step(state, time, &self.velocities).min(self.max_time_step)
     }
 
-    /// What is told of a state at a time (s).
-    fn scalars(&self, state: &State<D, F::Memory>, ledger: &Ledger, time: f64) -> Vec<f64> {
-        let mut scalars = ledger.values();
-        if self.probes.is_empty() {
-            return scalars;
-        }
-        let at_points = |probe: &Probe| {
-            let point = matches!(probe.target(), ProbeTarget::FluidPoint(_) | ProbeTarget::WallPoint { .. });
-            point && probe.quantity != ProbeQuantity::HydrostaticError
+    /// What is told of the accepted state, or of the trial's, at a time (s).
+    fn scalars(&self, of_trial: bool, time: f64) -> Vec<f64> {
+        let (state, ledger, passed) = if of_trial {
+            (&self.trial, &self.trial_ledger, &self.trial_passed)
+        } else {
+            (&self.accepted, &self.accepted_ledger, &self.accepted_passed)
         };
-        let at = self
-            .probes
-            .iter()
-            .any(|(probe, _)| at_points(probe))
-            .then(|| probes::Probe::new(state, self.fluid.smoothing_length()));
-        for (probe, frame) in &self.probes {
+        let mut scalars = ledger.values();
+        let any = |of: fn(&Place<D>) -> bool| self.probes.iter().any(|probe| of(&probe.place));
+        let (properties, walls) = (self.fluid.properties(), self.fluid.walls());
+        let smoothing_length = self.fluid.smoothing_length();
+        let at = any(Place::is_interpolated).then(|| probes::Probe::new(state, smoothing_length));
+        let solids = [(&walls.positions[..], &walls.volumes[..]), (&self.positions, &self.volumes)];
+        let fluid = (&state.positions[..], properties.particle_volume);
+        let along = any(|place| matches!(place, Place::Line { .. }))
+            .then(|| gauge::Gauge::new(fluid, &solids, properties.spacing, smoothing_length));
+        let mut passed = passed.iter();
+        for Watched { probe, place, frame } in &self.probes {
             let quantity = probe.quantity;
             let pose = frame.as_ref().map(|frame| frame.pose(time));
             let pose = pose.as_ref();
             let turned_back = |vector: Vector<D>| pose.map_or(vector, |pose| pose.turned_back(&vector));
-            match probe.target() {
-                ProbeTarget::FluidPoint(level) if quantity == ProbeQuantity::HydrostaticError => {
-                    let level = Vector::from_column_slice(level);
-                    scalars.extend(state.hydrostatic_error(self.fluid.properties(), &level));
-                }
-                ProbeTarget::FluidPoint(point) | ProbeTarget::WallPoint { at: point, .. } => {
+            let here = |point: &Vector<D>| pose.map_or(*point, |pose| pose.moved(point));
+            match place {
+                Place::Level(level) => scalars.extend(state.hydrostatic_error(properties, level)),
+                Place::Point(point) => {
                     let probe = at.as_ref().expect("there is a probe at a point");
-                    let point: Vector<D> = Vector::from_column_slice(point);
-                    let point = pose.map_or(point, |pose| pose.moved(&point));
+                    let point = here(point);
                     let value = probe.at(&point);
                     let of_frame = frame.as_ref().map(|frame| frame.twist(time).at(&point));
                     let velocity = of_frame.map_or(value.velocity, |own| value.velocity - own);
@@ -244,15 +255,30 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
                         _ => scalars.push(value.pressure),
                     }
                 }
-                ProbeTarget::FluidBox(bounds) => {
-                    let properties = self.fluid.properties();
+                Place::Sensor(area) => {
+                    let probe = at.as_ref().expect("there is a probe over an area");
+                    let mean = |area: &_| probe.mean_over(area, properties.spacing);
+                    scalars.push(pose.map_or_else(|| mean(area), |pose| mean(&area.moved(pose))));
+                }
+                Place::Line { at, direction } => {
+                    let gauge = along.as_ref().expect("there is a gauge along a line");
+                    let at = here(at);
+                    let direction = pose.map_or(*direction, |pose| pose.turned(direction));
+                    let length = gauge::length_within(&at, &direction, &properties.domain);
+                    scalars.extend(gauge.heights(&at, &direction, length));
+                }
+                Place::Crossed(_) => {
+                    let [last, whole] = passed.next().expect("there is an entry for each flux");
+                    let rate = if state.last_dt > 0.0 { last / state.last_dt } else { 0.0 };
+                    scalars.extend([rate, *whole]);
+                }
+                Place::Box(corners) => {
                     // All of the fluid is in the domain, but not in one that has turned.
                     let all = match pose {
                         Some(_) => [f64::NEG_INFINITY, f64::INFINITY].map(Vector::repeat).into(),
                         None => properties.domain,
                     };
-                    let corners = bounds.map_or(all, setup::corners);
-                    let body = state.body_in(properties.spacing, corners, pose);
+                    let body = state.body_in(properties.spacing, corners.unwrap_or(all), pose);
                     match quantity {
                         ProbeQuantity::Extent => {
                             scalars.extend((0..D).flat_map(|i| [body.low[i], body.high[i]]));
@@ -261,17 +287,42 @@ impl<const D: usize, F: Fluid<D>> FluidParticipant<D, F> {
                         _ => scalars.extend(body.spread.iter()),
                     }
                 }
-                ProbeTarget::Wall(name) => {
+                Place::WallAbout(name, about) => {
+                    let moment = self.fluid.wall_moment(name, &here(about));
+                    let moment = moment.expect("a checked case names walls that are there");
+                    // Frames turn about the third axis.
+                    match D {
+                        2 => scalars.push(moment[2]),
+                        _ => scalars.extend(turned_back(Vector::from_fn(|i, _| moment[i])).iter()),
+                    }
+                }
+                Place::Wall(name) => {
                     let force =
                         self.fluid.wall_force(name).expect("a checked case names walls that are there");
                     scalars.extend(turned_back(force).iter());
                 }
-                ProbeTarget::StructurePoint { .. } | ProbeTarget::Body(_) => {
-                    unreachable!("probes on the structure were left to it")
-                }
             }
         }
         scalars
+    }
+
+    /// Counts what has crossed areas on the way from the accepted state to the trial.
+    fn count_passed(&mut self, window: &TimeWindow) {
+        let Self { fluid, probes, accepted, trial, by_id, .. } = self;
+        let properties = fluid.properties();
+        let period = Period::new(&properties.periodic, &properties.domain);
+        let fluxes = probes.iter().filter_map(|probe| match &probe.place {
+            Place::Crossed(area) => Some((area, &probe.frame)),
+            _ => None,
+        });
+        for ((area, frame), (before, after)) in
+            fluxes.zip(self.accepted_passed.iter().zip(&mut self.trial_passed))
+        {
+            let poses = frame.as_ref().map(|frame| [frame.pose(window.start), frame.pose(window.end())]);
+            let net = flux::crossings(area, (accepted, trial), poses.as_ref(), &period, by_id);
+            let volume = net * properties.particle_volume;
+            *after = [volume, before[1] + volume];
+        }
     }
 
     fn give_load(&self, outputs: &mut Fields) {
@@ -300,9 +351,10 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
 
     fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
         self.take_motion(inputs);
+        self.volumes = inputs.get(names::REFERENCE_VOLUME).unwrap_or_default().to_vec();
         let interface = InterfaceParticles {
             positions: self.positions.clone(),
-            volumes: inputs.get(names::REFERENCE_VOLUME).unwrap_or_default().to_vec(),
+            volumes: self.volumes.clone(),
             densities: inputs.get(names::DENSITY).unwrap_or_default().to_vec(),
         };
         let Self { fluid, accepted, .. } = self;
@@ -315,7 +367,7 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         self.shown_walls.move_to(start, (1.0, 0.0));
         self.snapshots.write_walls(start, &self.shown_walls)?;
         self.snapshots.write(start, &self.accepted)?;
-        let scalars = self.scalars(&self.accepted, &self.accepted_ledger, start);
+        let scalars = self.scalars(false, start);
         self.ready = Readiness { window_limit: self.window_limit(&self.accepted, start), scalars };
         Ok(self.ready.clone())
     }
@@ -341,9 +393,10 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         });
         self.trial_ledger = self.accepted_ledger.after(&step, &self.trial);
         self.end_of_trial = window.end();
+        self.count_passed(window);
         self.ready = Readiness {
             window_limit: self.window_limit(&self.trial, self.end_of_trial),
-            scalars: self.scalars(&self.trial, &self.trial_ledger, self.end_of_trial),
+            scalars: self.scalars(true, self.end_of_trial),
         };
         self.report = Some(WindowReport {
             sub_steps: 1,
@@ -365,6 +418,7 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
         }
         std::mem::swap(&mut self.accepted, &mut self.trial);
         self.accepted_ledger = self.trial_ledger.clone();
+        self.accepted_passed.clone_from(&self.trial_passed);
         if snapshot.is_some() {
             self.snapshots.write(self.end_of_trial, &self.accepted)?;
             if self.shown_walls.moves() {
@@ -377,13 +431,15 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
 
     fn save(&mut self) -> Result<Vec<u8>> {
         let own = F::save(&self.accepted);
-        Ok(saved::to_bytes(&self.ready, self.fluid.output(), &self.accepted_ledger, &own))
+        let told = (&self.accepted_ledger, &self.accepted_passed[..]);
+        Ok(saved::to_bytes(&self.ready, self.fluid.output(), told, &own))
     }
 
     fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
-        let (ready, output, ledger, own) = saved::from_bytes(state, self.fluid.output()).map_err(failed)?;
+        let read = saved::from_bytes(state, self.fluid.output(), self.accepted_passed.len());
+        let (ready, output, (ledger, passed), own) = read.map_err(failed)?;
         self.accepted = F::restore(own).map_err(failed)?;
-        self.accepted_ledger = ledger;
+        (self.accepted_ledger, self.accepted_passed) = (ledger, passed);
         *self.fluid.output_mut() = output;
         self.ready.clone_from(&ready);
         self.give_load(outputs);
@@ -400,14 +456,14 @@ fn read<const D: usize>(field: Option<&[f64]>, vectors: &mut Vec<Vector<D>>) {
     vectors.extend(field.unwrap_or_default().chunks_exact(D).map(Vector::from_column_slice));
 }
 
-fn describe<const D: usize>(method: &str, probes: &[(Probe, Option<Motion<D>>)]) -> Description {
+fn describe<const D: usize>(method: &str, probes: &[Watched<D>]) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, None, direction);
     let mut scalars: Vec<Scalar> = Ledger::NAMES
         .iter()
         .map(|(name, unit, meaning)| Scalar::new(*name, unit, ScalarKind::Balance).meaning(*meaning))
         .collect();
-    for (probe, _) in probes {
-        scalars.extend(probe.scalars(D));
+    for watched in probes {
+        scalars.extend(watched.probe.scalars(D));
     }
     Description {
         role: Role::Fluid,

@@ -8,8 +8,9 @@
 //! | file | what is used |
 //! |---|---|
 //! | `summary.json` | everything in [`crate::Summary`] |
-//! | `case.toml` | `title` (or `name`, also below `[case]`); `[[reference]]` tables: `probe` (a column of `probes.csv`), `label`, `source`, `time`, `value`, and `low`, `high` where a range is known; lists of one length, SI units |
+//! | `case.toml` | `title` (or `name`, also below `[case]`); `[[reference]]` tables: `probe` (a column of `probes.csv` or `probes_intervals.csv`), `label`, `source`, `time`, `value`, and `low`, `high` where a range is known; lists of one length, SI units |
 //! | `probes.csv` | `t` or `time`; every other column `<probe>.<component>` is drawn |
+//! | `probes_intervals.csv` | the same, of probes over intervals |
 //! | `windows.csv` | `time` or `t`; see below |
 //! | `fluid.pvd` | positions, `pressure` |
 //! | `structure.pvd` | positions, `von_mises_stress` or `von_mises`, or `stress` of 4 (xx, yy, xy, zz), 6 (xx, yy, zz, xy, yz, xz) or 9 components |
@@ -82,13 +83,15 @@ pub fn write_report(dir: &Path, shown: &Shown) -> Result<Report> {
     let summary = part(dir, "summary.json", Summary::read, &mut notes);
     let case = part(dir, "case.toml", references::read_case, &mut notes).unwrap_or_default();
     let probes = part(dir, "probes.csv", curves, &mut notes).unwrap_or_default();
+    let intervals: Columns = part(dir, "probes_intervals.csv", curves, &mut notes).unwrap_or_default();
     let windows: Columns = part(dir, "windows.csv", curves, &mut notes).unwrap_or_default();
     if summary.is_none() && !dir.join("summary.json").exists() {
         notes.push("The run has left no summary.json: it was killed, or is still going on.".to_owned());
     }
-    for reference in case.references.iter().filter(|r| probes.get(&r.probe).is_none()) {
+    let is_there = |column: &str| probes.get(column).or_else(|| intervals.get(column)).is_some();
+    for reference in case.references.iter().filter(|r| !is_there(&r.probe)) {
         notes.push(format!(
-            "The reference `{}` is for `{}`, which is no column of probes.csv.",
+            "The reference `{}` is for `{}`, which is no column of probes.csv or probes_intervals.csv.",
             reference.label, reference.probe
         ));
     }
@@ -109,8 +112,17 @@ pub fn write_report(dir: &Path, shown: &Shown) -> Result<Report> {
     let page = page::Page {
         title,
         summary,
-        probes: figures::probes(&probes, &case.references),
-        comparisons: figures::comparisons(&probes, &case.references),
+        probes: [
+            figures::probes(&probes, &case.references),
+            figures::intervals(&intervals, &case.references),
+        ]
+        .into_iter()
+        .flatten()
+        .collect(),
+        comparisons: [&probes, &intervals]
+            .into_iter()
+            .flat_map(|table| figures::comparisons(table, &case.references))
+            .collect(),
         probe_columns: probes,
         frames,
         coupling: figures::coupling(&windows),

@@ -69,6 +69,9 @@ pub fn check(arguments: &Check) -> ExitCode {
     for advice in windows.iter().flat_map(|windows| fast_motions(&case, *windows)) {
         say(format_args!("{:<10} {:<24} {advice}", "run", "note"));
     }
+    for advice in windows.iter().flat_map(|windows| short_intervals(&case, *windows)) {
+        say(format_args!("{:<10} {:<24} {advice}", "run", "note"));
+    }
     if let Some(advice) = very_light(&case) {
         say(format_args!("{:<10} {:<24} {advice}", "run", "note"));
     }
@@ -125,7 +128,12 @@ fn preview(case: &Case, role: Role, start: Start<'_>) -> Result<Vec<(String, Str
         lines.extend(of_side.map(|probe| {
             let names: Vec<String> =
                 probe.scalars(case.general.dimension).map(|scalar| scalar.name).collect();
-            let what = format!("probe \"{}\" is recorded if it reports {}", probe.name, names.join(", "));
+            let (name, columns) = (&probe.name, names.join(", "));
+            let what = if probe.is_of_interface() && case.coupling.is_some() {
+                format!("probe \"{name}\" is recorded from the interface points, unless it reports {columns}")
+            } else {
+                format!("probe \"{name}\" is recorded if it reports {columns}")
+            };
             ("note".to_owned(), what)
         }));
         Ok(lines)
@@ -270,6 +278,27 @@ fn fast_motions(case: &Case, windows: Windows) -> Vec<String> {
     let clamps = case.structure.iter().flat_map(|structure| &structure.clamps);
     let periods = clamps.filter_map(|clamp| Some((&clamp.name, clamp.moves()?.period?)));
     periods.filter_map(told).collect()
+}
+
+/// Probes whose intervals or filters are shorter than the windows of which they are made, one line each.
+fn short_intervals(case: &Case, windows: Windows) -> Vec<String> {
+    let longest = windows.longest;
+    let mut told = Vec::new();
+    for probe in &case.probes {
+        let name = &probe.name;
+        if let Some(interval) = probe.interval.filter(|interval| *interval < longest) {
+            told.push(format!(
+                "probe \"{name}\" has intervals of {interval} s, and windows of up to {longest:.2e} s, whose one value fills several"
+            ));
+        }
+        if let Some(cut_off) = probe.low_pass.filter(|cut_off| 2.0 * cut_off * longest > 1.0) {
+            told.push(format!(
+                "probe \"{name}\" has a low-pass of {cut_off} Hz, and windows of up to {longest:.2e} s tell of at most {:.3e} Hz",
+                0.5 / longest
+            ));
+        }
+    }
+    told
 }
 
 /// Density of a structure over the fluid's under which a free body was thrown apart by an explicit scheme, as

@@ -204,11 +204,18 @@ fn a_mock_stands_on_either_side_of_a_solver() {
     let gate = mock(Role::Structure, "rigid grid=2x30 spacing=2.5e-3 origin=0.10125,0.00125");
     let ended = bench.start_run("rigid", &[&COARSE, ["--set", &gate].as_slice()].concat());
     let ended = ended.wait();
-    // Probes on the structure are the structure's to give: a mock gives none, and the run goes on.
+    // A mock gives no probes: the coupler reads them from its points, which stay, under the fluid's load.
     assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
     let outputs = bench.outputs("rigid");
     let probes = outputs.table("probes.csv");
-    assert!(probes.get("tank.fx").is_some() && probes.get("tip.ux").is_none());
+    let tip = probes.get("tip.ux").expect("a probe of the points");
+    assert!(probes.get("tank.fx").is_some() && tip.iter().all(|u| u.abs() < 1e-12), "{tip:?}");
+    let push = probes.get("gate.fx").expect("a probe of the points")[1..].to_vec();
+    let windows = outputs.table("windows.csv");
+    let applied = windows.get("force_applied_x").expect("a column");
+    for (one, other) in push.iter().zip(applied) {
+        assert!((one - other).abs() <= 1e-12 * other.abs() && *one > 0.0, "{one} {other}");
+    }
     // The first row is the state at the start with its pressure: the bed carries the water's weight.
     let carried = probes.get("tank.fy").expect("a probe of the fluid");
     assert!((carried[0] / carried[1] - 1.0).abs() < 0.2 && carried[0] < -10.0, "{:?}", &carried[..2]);

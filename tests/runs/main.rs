@@ -14,6 +14,7 @@ mod gate;
 mod implicit;
 mod mapped;
 mod outputs;
+mod probes;
 mod processes;
 mod python;
 mod resources;

@@ -116,7 +116,10 @@ fn the_closing_summary_has_digits_units_and_everything_that_was_noted() {
         "structure.participant.command=[\"{MENISCUS}\", \"mock\", \"rigid\", \"grid=2x30\", \"spacing=2.5e-3\", \"origin=0.10125,0.00125\"]"
     );
     let unsolvable = "coupling.convergence={ relative = 1e-15, max_iterations = 1 }";
+    let stressed =
+        "probe=[{ name = \"tip\", on = \"structure\", quantity = \"stress\", at = [0.1025, 0.0] }]";
     let words = ["--set", &gate, "--set", "coupling.scheme=serial-implicit", "--set", unsolvable];
+    let words = [&words[..], &["--set", stressed, "--set", "reference=[]"]].concat();
     let ended = bench.start_run("noted", &[&COARSE, words.as_slice()].concat()).wait();
     assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
     let summary = bench.outputs("noted").summary();

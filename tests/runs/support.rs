@@ -230,7 +230,8 @@ impl Outputs {
     /// snapshots byte for byte.
     pub fn result(&self) -> Vec<(String, Vec<u64>)> {
         let mut result = Vec::new();
-        for name in ["windows.csv", "probes.csv"] {
+        let intervals = Some("probes_intervals.csv").filter(|name| self.0.join(name).exists());
+        for name in ["windows.csv", "probes.csv"].into_iter().chain(intervals) {
             for (column, values) in self.table(name).iter().filter(|(c, _)| !c.ends_with("_seconds")) {
                 result.push((format!("{name}: {column}"), values.iter().map(|v| v.to_bits()).collect()));
             }

@@ -247,12 +247,11 @@ fn a_probe_that_a_foreign_structure_does_not_have_is_told() {
         "{{ command = [\"{MENISCUS}\", \"mock\", \"spring-mass\", \"points=5\", \"spacing=0.01\"] }}"
     );
     for (structure, said) in [
-        (spring.participant(&unit, ""), "the case's probe `tip.ux` is none of its variables"),
-        (mock, "probe \"tip\" is recorded if it reports tip.ux, tip.uy"),
+        (spring.participant(&unit, ""), "the case's probe `tip.stress_xx` is none of its variables"),
+        (mock, "probe \"tip\" is recorded if it reports tip.stress_xx, tip.stress_yy, tip.stress_xy"),
     ] {
         let file = case(&bench, COLUMN, &structure);
-        let probe =
-            "probe=[{ name = \"tip\", on = \"structure\", quantity = \"displacement\", at = [0.0, 0.0] }]";
+        let probe = "probe=[{ name = \"tip\", on = \"structure\", quantity = \"stress\", at = [0.0, 0.0] }]";
         let checked = bench.call(&["check", &file, "--set", probe]);
         let run = bench.start_run("out", &[&file, "--no-report", "--set", probe]).wait();
         for (ended, told) in [(checked, said), (run, "probe \"tip\" is not recorded: the structure, ")] {

@@ -298,10 +298,13 @@ impl Plan<'_> {
         let of_case = ENERGIES.map(|name| Scalar::new(name, "J", ScalarKind::Balance));
         let on_structure = self.role == Role::Structure;
         let is_mine = |probe: &&Probe| probe.is_on_structure() == on_structure;
-        let of_probes = probes.iter().filter(is_mine).flat_map(|probe| probe.scalars(dimension));
-        for scalar in of_case.into_iter().chain(of_probes) {
+        let of_probes = probes.iter().filter(is_mine).flat_map(|probe| {
+            // What the coupler can tell from the interface is missed by nobody.
+            probe.scalars(dimension).map(|scalar| (scalar, !probe.is_of_interface()))
+        });
+        for (scalar, is_missed) in of_case.map(|scalar| (scalar, false)).into_iter().chain(of_probes) {
             let variable = self.description.variable(&scalar.name).filter(|variable| is_number(variable));
-            if variable.is_none() && scalar.kind == ScalarKind::Probe {
+            if variable.is_none() && is_missed {
                 self.notes.push(format!("the case's probe `{}` is none of its variables", scalar.name));
             }
             records.extend(variable.cloned().map(|variable| self.record(scalar, variable)));

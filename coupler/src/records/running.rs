@@ -1,9 +1,9 @@
 //! What all accepted windows say in sum, kept while they come.
 
-use super::scalars;
 use crate::side::Side;
 use interfaces::ScalarKind;
 use interfaces::port::names;
+use output::columns::Column;
 use output::summary::{Condition46, EnergyBalance, Extremes, FluidBalance};
 use output::sums::{Energies, EnergySum, ResidualSum};
 use std::collections::BTreeMap;
@@ -16,11 +16,17 @@ pub(super) struct Running {
     before: ResidualSum,
     after: ResidualSum,
     fluid: Option<FluidBalance>,
-    /// Of each probe's column, in the sides' order.
+    /// Of each probe's column, in the table's order.
     probes: Vec<(String, Option<Extremes>)>,
 }
 
 impl Running {
+    /// Sums over nothing, of probes with these columns.
+    pub(super) fn new(probes: &[Column]) -> Self {
+        let probes = probes.iter().map(|column| (column.name.clone(), None)).collect();
+        Self { probes, ..Self::default() }
+    }
+
     /// The residuals of condition (46) in one more window.
     pub(super) fn condition_46(&mut self, before: f64, after: f64) {
         self.before.add(before);
@@ -53,17 +59,9 @@ impl Running {
     }
 
     /// The probes' values at a time (s).
-    pub(super) fn probes(&mut self, time: f64, sides: &[&Side]) {
-        if self.probes.is_empty() {
-            let described = sides.iter().flat_map(|side| &side.describe().scalars);
-            let of_probes = described.filter(|scalar| scalar.kind == ScalarKind::Probe);
-            self.probes = of_probes.map(|scalar| (scalar.name.clone(), None)).collect();
-        }
-        let values = sides.iter().flat_map(|side| scalars(side, ScalarKind::Probe));
-        self.probes
-            .iter_mut()
-            .zip(values)
-            .for_each(|((_, found), value)| Extremes::extend(found, time, value));
+    pub(super) fn probes(&mut self, time: f64, values: &[f64]) {
+        let columns = self.probes.iter_mut().zip(values);
+        columns.for_each(|((_, found), value)| Extremes::extend(found, time, *value));
     }
 
     pub(super) fn energy(&self) -> Option<EnergyBalance> {

@@ -46,6 +46,7 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
         ROOM,
         crate::records::WINDOWS,
         crate::records::PROBES,
+        crate::records::INTERVALS,
         crate::records::ITERATIONS,
         output::columns::FILE,
         TRACE,

@@ -3,13 +3,14 @@
 use super::options::RunError;
 use crate::phase::Announce;
 use crate::phase::Phase;
+pub use crate::records::Wanted;
 use crate::records::{Records, Sums};
 use crate::schemes::{Accepted, Onward, Run, SchemeError, Solver};
 use std::path::Path;
 use words::bytes::{Reader, Writer};
 
 /// First bytes of its state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscrec3";
+const MAGIC: &[u8; 8] = b"mnscrec4";
 
 /// A run whose accepted windows are recorded.
 pub struct Recorded<S> {
@@ -20,22 +21,20 @@ pub struct Recorded<S> {
 }
 
 impl<S: Solver> Recorded<S> {
-    /// Makes the tables in the folder `out`, one of iterations among them if there are any, with rows that
-    /// are at least `interval` (s) apart.
+    /// Makes the tables in the folder `out`.
     ///
     /// # Errors
     /// If they cannot be made.
     pub fn create(
         run: Run<S>,
         out: &Path,
-        iterations: bool,
-        interval: f64,
+        wanted: &Wanted<'_>,
         announce: Announce,
     ) -> Result<Self, RunError> {
-        let mut records = Records::create(out, run.solver.sides().as_ref(), run.schedule.time(), interval)?;
-        if iterations {
-            records.record_iterations()?;
-        }
+        let records = {
+            let (solver, time) = (&run.solver, run.schedule.time());
+            Records::create(out, (solver.sides().as_ref(), solver.interface()), time, wanted)?
+        };
         Ok(Self { run, records, announce })
     }
 
@@ -48,7 +47,8 @@ impl<S: Solver> Recorded<S> {
         run.drive(|accepted, solver| {
             let window = accepted.window.index;
             let recorded = announce.during(Phase::Records, || {
-                records.record(accepted, solver.residuals(), solver.sides().as_ref())
+                let residuals = solver.residuals();
+                records.record(accepted, residuals, (solver.sides().as_ref(), solver.interface()))
             });
             recorded.map_err(|error| SchemeError::Record { window, what: error.to_string() })?;
             Ok(heard(accepted, solver))
@@ -70,7 +70,7 @@ impl<S: Solver> Recorded<S> {
     ///
     /// # Errors
     /// What is no such state; the run is then of no use.
-    pub fn restore(&mut self, state: &[u8]) -> Result<[Option<u64>; 3], SchemeError> {
+    pub fn restore(&mut self, state: &[u8]) -> Result<[Option<u64>; 4], SchemeError> {
         let mut state = Reader::new("recorded run's state", MAGIC, state)?;
         self.run.restore(state.bytes("run")?)?;
         self.records.restore(&mut state)?;

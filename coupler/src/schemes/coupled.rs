@@ -3,7 +3,7 @@
 use super::implicit::Implicit;
 use super::parallel_explicit::ParallelExplicit;
 use super::serial_explicit::SerialExplicit;
-use super::{Accepted, Pair, SchemeError, Solver};
+use super::{Accepted, InterfaceState, Pair, SchemeError, Solver};
 use crate::convergence::Residual;
 use crate::schedule::Schedule;
 use crate::side::Side;
@@ -98,6 +98,10 @@ impl Solver for Coupled {
 
     fn residuals(&self) -> &[Residual] {
         &self.pair.residuals
+    }
+
+    fn interface(&self) -> Option<InterfaceState<'_>> {
+        self.pair.interface_state()
     }
 
     fn sides(&self) -> impl AsRef<[&Side]> {

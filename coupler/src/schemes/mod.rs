@@ -17,4 +17,4 @@ pub mod serial_explicit;
 pub use accepted::{Accepted, Onward, SchemeError};
 pub use coupled::{Coupled, Scheme};
 pub use pair::Pair;
-pub use run::{Run, Solver};
+pub use run::{InterfaceState, Run, Solver};

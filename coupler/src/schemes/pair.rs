@@ -1,6 +1,6 @@
 //! A fluid and a structure with what passes between them: the steps of which the coupling schemes are made.
 
-use super::{Accepted, SchemeError};
+use super::{Accepted, InterfaceState, SchemeError};
 use crate::condition46::{self, Condition46, Interface, Reaction, Resultant};
 use crate::convergence::Residual;
 use crate::flat;
@@ -45,6 +45,9 @@ pub struct Pair {
     /// The load under which the structure solved the last accepted window (Pa/m): that at the next one's
     /// start, where the load is linear in a window.
     accepted_load: Vec<f64>,
+    /// The load under which the structure found its last solution (Pa/m), empty before the first; nothing
+    /// where nobody asked for it.
+    solved_load: Option<Vec<f64>>,
     /// The watch for the steady state that ends the run, where the case has one.
     steady_state: Option<SteadyState>,
     /// The structure's position at the last accepted time (m), if it gives any.
@@ -92,6 +95,7 @@ impl Pair {
             load_in_window: LoadInWindow::Held,
             announce: Announce::nobody(),
             ending: None,
+            solved_load: None,
             steady_state: None,
             enforced: false,
             structure_velocity,
@@ -105,6 +109,21 @@ impl Pair {
     /// Ends the run at this steady state.
     pub fn end_when_steady(&mut self, choice: SteadyChoice) {
         self.steady_state = Some(SteadyState::new(choice, |quantity| quantity_at(quantity, self)));
+    }
+
+    /// Keeps the load of each solution for [`interface_state`](Self::interface_state): the next window's may
+    /// have taken its place by then.
+    pub fn keep_load(&mut self) {
+        self.solved_load = Some(Vec::new());
+    }
+
+    /// The interface in the accepted state, if the structure gives positions.
+    pub fn interface_state(&self) -> Option<InterfaceState<'_>> {
+        let position = self.accepted_position()?;
+        let velocity = self.structure.outputs.get(names::VELOCITY).unwrap_or(&self.zeros);
+        let load = self.solved_load.as_deref().filter(|load| !load.is_empty());
+        let components = self.structure.describe().dimension;
+        Some(InterfaceState { components, position, velocity, volume: &self.volume, load })
     }
 
     /// The structure's position at the last accepted time (m), if it gives any.
@@ -144,6 +163,9 @@ impl Pair {
     /// Waits for the structure, and finds the velocity over the window that the fluid is to meet.
     pub fn finish_structure(&mut self, window: &TimeWindow) -> Result<(), SchemeError> {
         self.structure.finish(window)?;
+        if let Some(solved) = &mut self.solved_load {
+            solved.clone_from(&self.load);
+        }
         let motion = &self.structure.outputs;
         let end = motion.get(names::POSITION);
         match (self.structure_velocity, &self.accepted_position, end) {

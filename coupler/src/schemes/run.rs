@@ -24,6 +24,11 @@ pub trait Solver {
         &[]
     }
 
+    /// The interface in the accepted state; nothing without a structure, or with one that gives no positions.
+    fn interface(&self) -> Option<InterfaceState<'_>> {
+        None
+    }
+
     /// The sides, the fluid first.
     fn sides(&self) -> impl AsRef<[&Side]>;
 
@@ -35,6 +40,22 @@ pub trait Solver {
 
     /// Goes to what [`save`](Self::save) wrote in a run of the same case.
     fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), SchemeError>;
+}
+
+/// Points of the interface in an accepted state, fields flat, `components` doubles a vector.
+#[derive(Clone, Copy, Debug)]
+pub struct InterfaceState<'a> {
+    /// Components of a vector: the dimension.
+    pub components: usize,
+    /// Positions (m).
+    pub position: &'a [f64],
+    /// Velocities (m/s).
+    pub velocity: &'a [f64],
+    /// Reference volumes `V` (m³).
+    pub volume: &'a [f64],
+    /// Pressure gradient `g` (Pa/m) under which the structure came there, force `−V g`; nothing at the start,
+    /// and where the run does not keep it.
+    pub load: Option<&'a [f64]>,
 }
 
 /// First bytes of a run's state; the last is the version of its layout.

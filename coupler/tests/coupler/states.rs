@@ -5,7 +5,7 @@ use coupler::acceleration::aitken::Aitken;
 use coupler::acceleration::quasi_newton::{Choice, QuasiNewton};
 use coupler::convergence::Measures;
 use coupler::phase::Announce;
-use coupler::run::Recorded;
+use coupler::run::{Recorded, Wanted};
 use coupler::schedule::Schedule;
 use coupler::schemes::extrapolation::Extrapolation;
 use coupler::schemes::implicit::{Implicit, Unknowns};
@@ -187,7 +187,8 @@ fn the_records_say_how_many_rows_they_had_and_their_sums_go_on() {
     let folder = || tempfile::tempdir().expect("a folder");
     let make = |folder: &tempfile::TempDir| {
         let run = coupled(implicit(quasi_newton(3, true), false, 1), LoadInWindow::Held);
-        Recorded::create(run, folder.path(), true, 0.0, Announce::nobody()).expect("tables")
+        let wanted = Wanted { iterations: true, ..Wanted::default() };
+        Recorded::create(run, folder.path(), &wanted, Announce::nobody()).expect("tables")
     };
     let drive = |recorded: &mut Recorded<Coupled>, until: u64| {
         let mut iterations = 0;

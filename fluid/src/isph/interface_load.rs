@@ -141,9 +141,14 @@ pub fn pressures<const D: usize>(neighbourhood: &Neighbourhood<D>, p: &[f64], ou
 pub struct WallForces<const D: usize> {
     /// Force (N) of the fluid on each part.
     pub forces: Vec<Vector<D>>,
+    /// Moment (N m) of that about the origin, about the third axis alone in two dimensions. A pair acts at
+    /// the wall's particle: along the line that joins the two, it were the same at the fluid's.
+    pub moments: Vec<[f64; 3]>,
     /// How strongly each part is met by particles that Eq. (18) moves: `Σ φ V V_w |2 p_a ∇W_aw|` along each
     /// axis (N).
     met: Vec<Vector<D>>,
+    /// Where each part is met: the sum over the axes of that, and its moment of first order (N, N m).
+    met_at: Vec<(f64, Vector<D>)>,
 }
 
 impl<const D: usize> WallForces<D> {
@@ -152,6 +157,22 @@ impl<const D: usize> WallForces<D> {
         for values in [&mut self.forces, &mut self.met] {
             values.clear();
             values.resize(parts, Vector::zeros());
+        }
+        self.moments.clear();
+        self.moments.resize(parts, [0.0; 3]);
+        self.met_at.clear();
+        self.met_at.resize(parts, (0.0, Vector::zeros()));
+    }
+
+    /// Adds a force (N) on a part, at a point (m).
+    pub fn add(&mut self, part: usize, force: &Vector<D>, at: &Vector<D>) {
+        self.forces[part] += force;
+        let of = |i: usize, j: usize| at[i] * force[j] - at[j] * force[i];
+        let moment = &mut self.moments[part];
+        moment[2] += of(0, 1);
+        if D == 3 {
+            moment[0] += of(1, 2);
+            moment[1] += of(2, 0);
         }
     }
 
@@ -175,8 +196,13 @@ impl<const D: usize> WallForces<D> {
                 let part = walls.part_of[w as usize] as usize;
                 let (gradient, offset) = (&neighbourhood.wall_gradients[e], &neighbourhood.wall_offsets[e]);
                 let along = |_: &Row<D>| *carried.along.wall_offset(e);
-                self.forces[part] += carried.push(a, 2.0 * p[a], gradient, offset, along) * volume;
-                self.met[part] += gradient.abs() * (carried.share[a] * 2.0 * p[a].abs() * volume);
+                let force = carried.push(a, 2.0 * p[a], gradient, offset, along) * volume;
+                let at = &walls.positions[w as usize];
+                self.add(part, &force, at);
+                let met = gradient.abs() * (carried.share[a] * 2.0 * p[a].abs() * volume);
+                self.met[part] += met;
+                self.met_at[part].0 += met.sum();
+                self.met_at[part].1 += at * met.sum();
             }
         }
         for pair in &neighbourhood.tied {
@@ -184,7 +210,7 @@ impl<const D: usize> WallForces<D> {
             let (offset, along) =
                 (&neighbourhood.wall_offsets[e], |_: &Row<D>| *carried.along.wall_offset(e));
             let force = carried.push(a, 2.0 * p[a], &pair.gradient, offset, along) * volume;
-            self.forces[walls.part_of[w] as usize] -= force;
+            self.add(walls.part_of[w] as usize, &-force, &walls.positions[w]);
         }
     }
 
@@ -194,15 +220,20 @@ impl<const D: usize> WallForces<D> {
     ///
     /// Eq. (18) has no equal and opposite pairs of fluid, so without this the forces on walls miss the
     /// balance `Σ F = M g − dP/dt`: in the resting tank by 0.7 %, in a dam break (Δx = width/20) by 1 to 4 %
-    /// once its jet has fallen back.
+    /// once its jet has fallen back. It acts in the middle of where the part is met.
     pub fn lay(&mut self, unexplained: &Vector<D>, dt: f64) {
         let met = self.met.iter().fold(Vector::<D>::zeros(), |sum, m| sum + m);
-        for (force, own) in self.forces.iter_mut().zip(&self.met) {
+        for part in 0..self.forces.len() {
+            let (own, (weight, place)) = (self.met[part], self.met_at[part]);
+            let mut laid = Vector::<D>::zeros();
             for i in 0..D {
                 if met[i] > 0.0 {
-                    force[i] -= unexplained[i] / dt * (own[i] / met[i]);
+                    laid[i] = -(unexplained[i] / dt * (own[i] / met[i]));
                 }
             }
+            // Where it is met; what is not met gets nothing.
+            let at = if weight > 0.0 { place / weight } else { place };
+            self.add(part, &laid, &at);
         }
     }
 }

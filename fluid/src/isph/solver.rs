@@ -171,6 +171,10 @@ impl<const D: usize> Fluid<D> for Isph<D> {
         &self.scratch.wall_forces.forces
     }
 
+    fn wall_moments(&self) -> &[[f64; 3]] {
+        &self.scratch.wall_forces.moments
+    }
+
     fn failed_solve<'a>(&'a self, trial: &'a State<D>) -> Vec<(&'static str, &'a [f64])> {
         vec![
             ("pressure_where_stopped", &trial.pressures),

@@ -7,12 +7,12 @@ use interfaces::Readiness;
 use words::bytes::{Error, Reader, Writer};
 
 /// First bytes of a saved state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscflp3";
+const MAGIC: &[u8; 8] = b"mnscflp4";
 
 pub fn to_bytes<const D: usize>(
     ready: &Readiness,
     output: &InterfaceOutput<D>,
-    ledger: &Ledger,
+    (ledger, passed): (&Ledger, &[[f64; 2]]),
     own: &[u8],
 ) -> Vec<u8> {
     let mut state = Writer::new(MAGIC);
@@ -23,15 +23,20 @@ pub fn to_bytes<const D: usize>(
     }
     state.f64s(&output.pressures);
     ledger.save(&mut state);
+    state.f64s(passed.as_flattened());
     state.bytes(own);
     state.finish()
 }
 
-/// For a fluid whose load is at present laid out as `output`.
+/// What is told of balances, and what has crossed areas.
+type Told = (Ledger, Vec<[f64; 2]>);
+
+/// For a fluid whose load is at present laid out as `output`, and that watches so many `areas`.
 pub fn from_bytes<'a, const D: usize>(
     bytes: &'a [u8],
     output: &InterfaceOutput<D>,
-) -> Result<(Readiness, InterfaceOutput<D>, Ledger, &'a [u8]), Error> {
+    areas: usize,
+) -> Result<(Readiness, InterfaceOutput<D>, Told, &'a [u8]), Error> {
     let points = Some(output.pressures.len());
     let mut state = Reader::new("fluid's state", MAGIC, bytes)?;
     let ready = Readiness { window_limit: state.f64("window limit")?, scalars: state.f64s("scalars", None)? };
@@ -42,6 +47,8 @@ pub fn from_bytes<'a, const D: usize>(
         pressures: state.f64s("pressures", points)?,
     };
     let ledger = Ledger::restore(&mut state)?;
+    let passed = state.f64s("volumes that crossed areas", Some(2 * areas))?;
+    let (passed, _) = passed.as_chunks::<2>();
     let own = state.bytes("particles")?;
-    state.finish().map(|()| (ready, output, ledger, own))
+    state.finish().map(|()| (ready, output, (ledger, passed.to_vec()), own))
 }

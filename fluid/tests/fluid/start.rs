@@ -52,14 +52,14 @@ fn pressures((mut fluid, mut state): (Isph<2>, State<2>), at: V, steps: usize) -
 #[test]
 fn a_tank_starts_with_the_hydrostatic_pressure() {
     let dx = 0.01;
-    let corner = |low: [f64; 2], high: [f64; 2]| {
+    let corner = |name: &str, low: [f64; 2], high: [f64; 2]| {
         let shape = WallShape::Box { low: low.into(), high: high.into() };
-        WallPart { name: "tank".into(), shape, velocity: V::zeros(), motion: None }
+        WallPart { name: name.into(), shape, velocity: V::zeros(), motion: None }
     };
     let walls = vec![
-        corner([-0.04, -0.04], [0.24, 0.0]),
-        corner([-0.04, 0.0], [0.0, 0.4]),
-        corner([0.2, 0.0], [0.24, 0.4]),
+        corner("bed", [-0.04, -0.04], [0.24, 0.0]),
+        corner("left", [-0.04, 0.0], [0.0, 0.4]),
+        corner("right", [0.2, 0.0], [0.24, 0.4]),
     ];
     let water = Lattice::<2>::fill_box(V::zeros(), V::repeat(0.2), dx).positions;
     let (mut fluid, mut state) = fluid(water.clone(), vec![V::zeros(); water.len()], (9.81, dx), walls);
@@ -71,6 +71,21 @@ fn a_tank_starts_with_the_hydrostatic_pressure() {
     let weight: f64 = fluid.wall_forces().iter().map(|force| force[1]).sum();
     assert!(error < 0.01, "{error}");
     assert!((weight / (-greatest * 0.2) - 1.0).abs() < 0.01, "{weight} N");
+    // About a wall's foot ρ g H³/6, which is 13.08 N m, outwards; about the middle of the bed its weight has
+    // none, and about its left end the weight's times half the width.
+    let about = |name: &str, at: [f64; 2]| fluid.wall_moment(name, &V::from(at)).unwrap()[2];
+    let expected = greatest * 0.2 * 0.2 / 6.0;
+    for (name, at, expected) in [
+        ("left", [0.0, 0.0], expected),
+        ("right", [0.2, 0.0], -expected),
+        ("left", [0.0, 0.2], expected - greatest * 0.1 * 0.2),
+        ("bed", [0.1, 0.0], 0.0),
+        ("bed", [0.0, 0.0], -greatest * 0.2 * 0.1),
+    ] {
+        let found = about(name, at);
+        // The corners' rows are shared between bed and sides.
+        assert!((found - expected).abs() < 0.03 * greatest * 0.2 * 0.1, "{name} {at:?}: {found} {expected}");
+    }
 }
 
 /// The drop of Monaghan 1994: `p = ρ A² (R² − r²)/2`.

@@ -83,6 +83,21 @@ pub(crate) fn probes(table: &Columns, references: &[Reference]) -> Vec<Figure> {
     plots.into_iter().map(|(plot, _, caption)| Figure { plot, caption }).collect()
 }
 
+/// The same of probes over intervals, each column without the rows at which no interval of it ends.
+pub(crate) fn intervals(table: &Columns, references: &[Reference]) -> Vec<Figure> {
+    let mut figures = probes(table, references);
+    for Figure { plot, caption } in &mut figures {
+        for Curve { times, values, .. } in &mut plot.curves {
+            let numbers: Vec<(f64, f64)> =
+                times.iter().copied().zip(values.iter().copied()).filter(|(_, v)| !v.is_nan()).collect();
+            (*times, *values) = numbers.into_iter().unzip();
+        }
+        plot.title = format!("{}, over intervals", plot.title);
+        *caption = format!("Mean, least and largest value over each interval, at its end. {caption}");
+    }
+    figures
+}
+
 fn curve(label: &str, times: &[f64], values: &[f64]) -> Curve {
     Curve { label: label.replace('_', " "), times: times.to_vec(), values: values.to_vec() }
 }

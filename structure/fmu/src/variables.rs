@@ -114,6 +114,7 @@ pub enum Quantity {
     Density,
     Volume,
     Force,
+    Moment,
     Energy,
     Rate,
     Ratio,
@@ -122,7 +123,7 @@ pub enum Quantity {
 
 impl Quantity {
     /// All.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Length,
         Self::Velocity,
         Self::PressureGradient,
@@ -130,6 +131,7 @@ impl Quantity {
         Self::Density,
         Self::Volume,
         Self::Force,
+        Self::Moment,
         Self::Energy,
         Self::Rate,
         Self::Ratio,
@@ -146,6 +148,7 @@ impl Quantity {
             Self::Density => "kg/m3",
             Self::Volume => "m3",
             Self::Force => "N",
+            Self::Moment => "N*m",
             Self::Energy => "J",
             Self::Rate => "1/s",
             Self::Ratio => "1",
@@ -163,7 +166,7 @@ impl Quantity {
             Self::Density => [1, -3, 0],
             Self::Volume => [0, 3, 0],
             Self::Force => [1, 1, -2],
-            Self::Energy => [1, 2, -2],
+            Self::Moment | Self::Energy => [1, 2, -2],
             Self::Rate => [0, 0, -1],
             Self::Ratio => [0, 0, 0],
             Self::Time => [0, 0, 1],

@@ -1,6 +1,6 @@
 //! Points of the material between and beyond particles: true faces, edges and corners, to read or to load.
 
-use sph::{Vector, tensor};
+use sph::{Matrix, Vector, tensor};
 
 /// A point of the material as a weighted sum over particles, fixed in the reference configuration. The
 /// weights reproduce linear fields exactly (moving least squares), and quadratic ones where the particles
@@ -66,6 +66,11 @@ impl<const D: usize> MaterialPoint<D> {
     /// The value at the point of a field given at the particles.
     pub fn value(&self, field: &[Vector<D>]) -> Vector<D> {
         self.weights.iter().fold(Vector::zeros(), |sum, &(i, w)| sum + field[i] * w)
+    }
+
+    /// The value at the point of a tensor given at the particles.
+    pub fn tensor(&self, field: &[Matrix<D>]) -> Matrix<D> {
+        self.weights.iter().fold(Matrix::<D>::zeros(), |sum, &(i, w)| sum + field[i] * w)
     }
 
     /// The scalar value at the point.

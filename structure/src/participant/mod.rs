@@ -11,7 +11,7 @@ mod snapshot;
 use crate::bodies::point::MaterialPoint;
 use crate::loads::Load;
 use crate::particles::Particles;
-use crate::probes::{Reading, What};
+use crate::probes::{Reading, Seen, What};
 use crate::solid::Solid;
 use crate::state::{Derived, State};
 use crate::tlsph::total_lagrangian::TotalLagrangian;
@@ -187,16 +187,22 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
         }
     }
 
-    fn scalars(&self, state: &State<D>) -> Vec<f64> {
+    /// What is told of the accepted state, or of the trial's.
+    fn scalars(&mut self, of_trial: bool) -> Result<Vec<f64>> {
+        let state = if of_trial { &self.trial } else { &self.accepted };
+        if self.readings.iter().any(|reading| reading.of.is_derived()) {
+            self.solid.derive(state, &mut self.derived).map_err(failed)?;
+        }
         let (energy, particles) = (&state.energy, self.solid.particles());
         let potential = particles.potential_energy(&state.positions);
         let mut scalars = vec![energy.kinetic, energy.strain, potential, energy.load_work];
         scalars.extend(particles.clamps_move().then_some(energy.clamp_work));
         scalars.push(energy.dissipated);
+        let seen = Seen { particles, state, derived: &self.derived, load: &self.load };
         for reading in &self.readings {
-            scalars.extend(reading.value(particles, state, &self.load).iter());
+            reading.push(&seen, ProbeQuantity::places(D), &mut scalars);
         }
-        scalars
+        Ok(scalars)
     }
 
     fn write_snapshot(&mut self) -> Result<()> {
@@ -241,10 +247,8 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         }
         self.give_motion(&self.accepted, outputs);
         self.write_snapshot()?;
-        self.ready = Readiness {
-            window_limit: self.window_limit(&self.accepted),
-            scalars: self.scalars(&self.accepted),
-        };
+        self.ready =
+            Readiness { window_limit: self.window_limit(&self.accepted), scalars: self.scalars(false)? };
         Ok(self.ready.clone())
     }
 
@@ -262,8 +266,7 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
             None => Load::Held(&self.load),
         };
         self.solid.advance(&self.accepted, &mut self.trial, window.size, sub_steps, &load).map_err(failed)?;
-        self.ready =
-            Readiness { window_limit: self.window_limit(&self.trial), scalars: self.scalars(&self.trial) };
+        self.ready = Readiness { window_limit: self.window_limit(&self.trial), scalars: self.scalars(true)? };
         self.report = Some(WindowReport {
             sub_steps: sub_steps as u32,
             window_limit: self.ready.window_limit,
@@ -400,6 +403,9 @@ fn read<const D: usize>(
                 ProbeQuantity::Displacement => What::Displacement(point),
                 ProbeQuantity::Position => What::Position(point),
                 ProbeQuantity::Velocity => What::Velocity(point),
+                ProbeQuantity::Stress => What::Stress(point),
+                ProbeQuantity::Strain => What::Strain(point),
+                ProbeQuantity::VonMisesStress => What::VonMisesStress(point),
                 other => {
                     return Err(failed(format!(
                         "probe `{}`: a point of the structure has no {other:?}",
@@ -408,9 +414,13 @@ fn read<const D: usize>(
                 }
             })
         }
-        ProbeTarget::Body(name) => {
+        ProbeTarget::Body(name) | ProbeTarget::BodyAbout { body: name, .. } => {
             let (index, first) = body_of(name);
-            Ok(What::Force(first..first + made[index].positions.len()))
+            let body = first..first + made[index].positions.len();
+            Ok(match probe.target() {
+                ProbeTarget::BodyAbout { at, .. } => What::Moment(body, Vector::from_column_slice(at)),
+                _ => What::Force(body),
+            })
         }
         other => Err(failed(format!("probe `{}`: {other:?} is not on the structure", probe.name))),
     }

@@ -90,7 +90,7 @@ impl<const D: usize> Isph<D> {
                     u,
                     displacement,
                     |part, change, boundary| {
-                        s.wall_contacts.push((part, change));
+                        s.wall_contacts.push((part, change, at));
                         report.contact_structure_work += mass * change.dot(&boundary);
                     },
                 );

@@ -67,7 +67,9 @@ impl<const D: usize> Isph<D> {
             let force = friction.acceleration(rubbing) * mass;
             match friction.body {
                 Body::Structure(i) => s.contact_impulses[i] += force * dt,
-                Body::Wall(part) => s.wall_forces.forces[part] -= force,
+                Body::Wall(part) => {
+                    s.wall_forces.add(part, &-force, &accepted.positions[friction.particle as usize]);
+                }
             }
         }
         let gravity = self.properties.gravity;

@@ -92,7 +92,7 @@ pub struct Scratch<const D: usize> {
     /// What each boundary point of the structure gave by friction and contact (kg m/s).
     pub contact_impulses: Vec<Vector<D>>,
     /// Changes of velocity (m/s) by contact, each with the part of the walls that made it.
-    pub wall_contacts: Vec<(usize, Vector<D>)>,
+    pub wall_contacts: Vec<(usize, Vector<D>, Vector<D>)>,
     pub wall_forces: WallForces<D>,
     pub keep: Vec<bool>,
     pub torn: Vec<u32>,

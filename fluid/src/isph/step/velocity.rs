@@ -173,8 +173,8 @@ impl<const D: usize> Isph<D> {
             &mut output.normals,
         );
         let mass = self.properties.particle_mass();
-        for (part, change) in s.wall_contacts.drain(..) {
-            s.wall_forces.forces[part] -= change * (mass / dt);
+        for (part, change, at) in s.wall_contacts.drain(..) {
+            s.wall_forces.add(part, &-(change * (mass / dt)), &at);
         }
     }
 }

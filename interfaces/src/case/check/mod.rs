@@ -7,6 +7,7 @@
 mod corners;
 mod fluid;
 mod held;
+mod measured;
 mod motions;
 mod overlaps;
 mod parts;

@@ -1,9 +1,9 @@
 //! Probes and references.
 
 use super::is_own;
+use super::measured::{self, is_off_wall};
 use super::parts::{check_box, check_names};
 use crate::case::findings::Findings;
-use crate::case::fluid::Wall;
 use crate::case::keys::Case;
 use crate::case::nearest::{nearest, remedy_for_name};
 use crate::case::probe::{Probe, ProbeSide, Reference};
@@ -15,40 +15,15 @@ pub(super) fn check(file: &Case, findings: &mut Findings) {
         check_probe(&format!("probe.{i}"), probe, file, findings);
     }
     let dimension = file.general.dimension;
-    let columns: Vec<_> = file
-        .probes
-        .iter()
-        .flat_map(|probe| probe.quantity.components(dimension).iter().map(|c| format!("{}.{c}", probe.name)))
-        .collect();
+    let columns: Vec<_> =
+        file.probes.iter().flat_map(|probe| probe.all_columns(dimension).concat()).collect();
     for (i, reference) in file.references.iter().enumerate() {
         check_reference(&format!("reference.{i}"), reference, &columns, findings);
     }
 }
 
 fn check_probe(key: &str, probe: &Probe, file: &Case, findings: &mut Findings) {
-    let (side, quantities): (&str, &[ProbeQuantity]) = match probe.on {
-        ProbeSide::Structure => (
-            "the structure",
-            &[
-                ProbeQuantity::Displacement,
-                ProbeQuantity::Position,
-                ProbeQuantity::Velocity,
-                ProbeQuantity::Force,
-            ],
-        ),
-        ProbeSide::Fluid => (
-            "the fluid",
-            &[
-                ProbeQuantity::Pressure,
-                ProbeQuantity::Velocity,
-                ProbeQuantity::Extent,
-                ProbeQuantity::Centroid,
-                ProbeQuantity::Spread,
-                ProbeQuantity::HydrostaticError,
-            ],
-        ),
-        ProbeSide::Wall => ("a wall", &[ProbeQuantity::Pressure, ProbeQuantity::Force]),
-    };
+    let (side, quantities) = quantities(probe.on);
     let force = probe.quantity == ProbeQuantity::Force;
     let of_a_box = probe.quantity.is_of_a_box();
     if !quantities.contains(&probe.quantity) {
@@ -90,10 +65,46 @@ fn check_probe(key: &str, probe: &Probe, file: &Case, findings: &mut Findings) {
         }
     }
     check_frame(key, probe, file, findings);
+    measured::check(key, probe, file, findings);
     match probe.on {
         ProbeSide::Structure => check_on_structure(key, probe, file, findings),
         ProbeSide::Fluid => check_on_fluid(key, probe, file, findings),
         ProbeSide::Wall => check_on_wall(key, probe, file, findings),
+    }
+}
+
+/// What a probe looks at, in words, and what there is to record of it.
+fn quantities(side: ProbeSide) -> (&'static str, &'static [ProbeQuantity]) {
+    match side {
+        ProbeSide::Structure => (
+            "the structure",
+            &[
+                ProbeQuantity::Displacement,
+                ProbeQuantity::Position,
+                ProbeQuantity::Velocity,
+                ProbeQuantity::Stress,
+                ProbeQuantity::Strain,
+                ProbeQuantity::VonMisesStress,
+                ProbeQuantity::Force,
+                ProbeQuantity::Moment,
+            ],
+        ),
+        ProbeSide::Fluid => (
+            "the fluid",
+            &[
+                ProbeQuantity::Pressure,
+                ProbeQuantity::Velocity,
+                ProbeQuantity::Extent,
+                ProbeQuantity::Centroid,
+                ProbeQuantity::Spread,
+                ProbeQuantity::HydrostaticError,
+                ProbeQuantity::SurfaceHeight,
+                ProbeQuantity::Flux,
+            ],
+        ),
+        ProbeSide::Wall => {
+            ("a wall", &[ProbeQuantity::Pressure, ProbeQuantity::Force, ProbeQuantity::Moment])
+        }
     }
 }
 
@@ -115,6 +126,9 @@ fn check_frame(key: &str, probe: &Probe, file: &Case, findings: &mut Findings) {
         }
         Some(_) if probe.quantity == ProbeQuantity::HydrostaticError => {
             findings.add(key, "is not for what is taken from rest", "leave it out");
+        }
+        Some(_) if matches!(probe.quantity, ProbeQuantity::Strain | ProbeQuantity::VonMisesStress) => {
+            findings.add(key, "is not for what is the same in every frame", "leave it out");
         }
         Some(_) => {}
     }
@@ -158,7 +172,8 @@ fn check_on_structure(key: &str, probe: &Probe, file: &Case, findings: &mut Find
         findings.add(format!("{key}.on"), "there is no [structure]", "add one, or leave the probe out");
         return;
     };
-    if probe.quantity == ProbeQuantity::Force && file.fluid.is_none() {
+    let of_fluid = matches!(probe.quantity, ProbeQuantity::Force | ProbeQuantity::Moment);
+    if of_fluid && file.fluid.is_none() {
         findings.add(
             format!("{key}.quantity"),
             "there is no fluid whose force it were",
@@ -172,6 +187,7 @@ fn check_on_structure(key: &str, probe: &Probe, file: &Case, findings: &mut Find
     let section = ("body", "[[structure.body]]");
     let body = chosen(key, section, probe.body.as_ref(), &structure.bodies, |body| &body.name, findings);
     if let (Some(body), Some(at)) = (body, &probe.at)
+        && probe.quantity != ProbeQuantity::Moment
         && body.bounds.is_clear_of(at, structure.particle_spacing)
     {
         let problem = format!("is farther than one particle spacing from the body \"{}\"", body.name);
@@ -202,30 +218,12 @@ fn check_on_wall(key: &str, probe: &Probe, file: &Case, findings: &mut Findings)
     let wall = chosen(key, section, probe.wall.as_ref(), &fluid.walls, |wall| &wall.name, findings);
     let spacing = fluid.particle_spacing;
     if let (Some(wall), Some(at)) = (wall, &probe.at)
+        && probe.quantity != ProbeQuantity::Moment
         && is_off_wall(at, wall, spacing)
     {
         let problem = format!("is farther than one particle spacing from the wall \"{}\"", wall.name);
         findings.add(format!("{key}.at"), problem, "take a point of its surface");
     }
-}
-
-fn is_off_wall(at: &[f64], wall: &Wall, spacing: f64) -> bool {
-    if let Some(bounds) = &wall.bounds {
-        return bounds.is_clear_of(at, spacing);
-    }
-    let points = wall.polyline.as_deref().unwrap_or(&[]);
-    points.len() > 1 && points.windows(2).all(|pair| distance(at, &pair[0], &pair[1]) > spacing)
-}
-
-/// Distance of a point from a segment.
-fn distance(point: &[f64], from: &[f64], to: &[f64]) -> f64 {
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let minus = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<_>>();
-    let (edge, arm) = (minus(to, from), minus(point, from));
-    let along = (dot(&arm, &edge) / dot(&edge, &edge)).clamp(0.0, 1.0);
-    let foot: Vec<_> = edge.iter().map(|step| along * step).collect();
-    let gap = minus(&arm, &foot);
-    dot(&gap, &gap).sqrt()
 }
 
 fn check_reference(key: &str, reference: &Reference, columns: &[String], findings: &mut Findings) {
