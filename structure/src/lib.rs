@@ -58,7 +58,7 @@ pub use bodies::point::MaterialPoint;
 pub use bodies::{Body, Side};
 pub use error::{Error, ErrorKind, SetupError};
 pub use loads::{DeadLoad, History, Load};
-pub use materials::{Law, Material, Plane};
+pub use materials::{Constants, Law, Material, Plane};
 pub use options::{Gradient, Options};
 pub use particles::Particles;
 pub use setup::{ClampMotion, Setup};

@@ -147,12 +147,7 @@ mod tests {
     const SPACING: f64 = 0.1;
 
     fn block() -> TotalLagrangian<2> {
-        let material = Material {
-            law: Law::StVenantKirchhoff,
-            assumption: Plane::Strain,
-            youngs_modulus: 1e6,
-            poisson_ratio: 0.3,
-        };
+        let material = Material::new(Law::StVenantKirchhoff, 1e6, 0.3, Plane::Strain);
         let body = Body::block(V::zeros(), V::from([1.0, 0.5]), SPACING, material, 1000.0);
         TotalLagrangian::new(Setup::new(vec![body])).unwrap()
     }

@@ -38,12 +38,7 @@ pub fn name(gradient: Gradient) -> &'static str {
 /// A beam of `layers` times `columns` free particles and the clamp's.
 pub fn beam(gradient: Gradient, path: Path, [layers, columns]: [usize; 2]) -> TotalLagrangian<2> {
     let spacing = 1e-3;
-    let material = Material {
-        law: Law::AlmansiHooke,
-        assumption: Plane::Strain,
-        youngs_modulus: 12e6,
-        poisson_ratio: 0.4,
-    };
+    let material = Material::new(Law::AlmansiHooke, 12e6, 0.4, Plane::Strain);
     let high = Vector::from([columns as f64, layers as f64]) * spacing;
     let ratio = gradient.default_smoothing_ratio();
     let mut body = Body::block(Vector::zeros(), high, spacing, material, 1100.0);

@@ -17,6 +17,10 @@ pub(crate) struct Elasticity {
     pub strain_gradient_lambda: f64,
     /// `λ_p` (Pa) that acts on the dilatation's mean over patches, in addition to the others.
     pub patch_lambda: f64,
+    /// Constants (Pa) of rubber: `C₁₀`, `C₀₁`, `C₂₀`, `C₃₀`, or Ogden's `μ_p`.
+    pub constants: [f64; 4],
+    /// Ogden's `α_p`.
+    pub exponents: [f64; 3],
 }
 
 /// `λ/μ` up to which every particle's own dilatation bears it: `ν = 0.4`.

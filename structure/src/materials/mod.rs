@@ -5,13 +5,19 @@
 //! and a line in `with_law`.
 
 mod almansi_hooke;
+mod invariants;
 mod law;
 mod neo_hookean;
+mod ogden;
+mod rubber;
 mod st_venant_kirchhoff;
 
 pub(crate) use almansi_hooke::AlmansiHooke;
+pub(crate) use invariants::Invariants;
 pub(crate) use law::{ConstitutiveLaw, Elasticity};
 pub(crate) use neo_hookean::NeoHookean;
+pub(crate) use ogden::Ogden;
+pub use rubber::Constants;
 pub(crate) use st_venant_kirchhoff::StVenantKirchhoff;
 
 use schemars::JsonSchema;
@@ -30,6 +36,13 @@ pub enum Law {
     StVenantKirchhoff,
     /// Compressible neo-Hookean, `ψ = μ/2 (tr C − 3 − 2 ln J) + λ/2 (ln J)²`.
     NeoHookean,
+    /// Rubber: `ψ = C₁₀ (Ī₁ − 3) + C₀₁ (Ī₂ − 3) + κ/2 (ln J)²`; `constants` are `C₁₀`, `C₀₁`.
+    MooneyRivlin,
+    /// Rubber: `ψ = Σ C_i0 (Ī₁ − 3)^i + κ/2 (ln J)²`; `constants` are `C₁₀`, `C₂₀`, `C₃₀`.
+    Yeoh,
+    /// Rubber: `ψ = Σ μ_p/α_p (λ̄₁^α_p + λ̄₂^α_p + λ̄₃^α_p − 3) + κ/2 (ln J)²`; `constants` are the `μ_p`,
+    /// `exponents` the `α_p`.
+    Ogden,
 }
 
 /// `λ` counts in the strain-gradient energy up to this many `μ` (`ν = 0.4`).
@@ -54,24 +67,47 @@ pub enum Plane {
 pub struct Material {
     /// Stress–strain law.
     pub law: Law,
-    /// Young's modulus E (Pa).
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    /// Young's modulus E (Pa). Laws with constants have one from them, at small strain, and it is left out:
+    /// `2 (1 + ν) μ`, where `μ` is `2 (C₁₀ + C₀₁)`, `2 C₁₀` or `½ Σ μ_p α_p`.
+    #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub youngs_modulus: f64,
     /// Poisson's ratio ν; over −1 and under 0.5.
     pub poisson_ratio: f64,
     /// How two dimensions stand for three; in three dimensions `"three-dimensional"` if left out.
     pub assumption: Plane,
+    /// Constants of the laws for rubber (Pa), up to three.
+    #[serde(default, skip_serializing_if = "Constants::are_none")]
+    pub constants: Constants,
+    /// Exponents of Ogden's law, one for each constant.
+    #[serde(default, skip_serializing_if = "Constants::are_none")]
+    pub exponents: Constants,
 }
 
 impl Material {
+    /// A material of a law that is given by Young's modulus (Pa) and Poisson's ratio.
+    pub fn new(law: Law, youngs_modulus: f64, poisson_ratio: f64, assumption: Plane) -> Self {
+        let none = Constants::default();
+        Self { law, youngs_modulus, poisson_ratio, assumption, constants: none, exponents: none }
+    }
+
     /// Lamé's constants and the plane assumption, for `D` dimensions.
     pub(crate) fn elasticity<const D: usize>(&self) -> Elasticity {
-        let (e, nu) = (self.youngs_modulus, self.poisson_ratio);
+        let nu = self.poisson_ratio;
+        let e = self.modulus_of_constants().unwrap_or(self.youngs_modulus);
         let (lambda, mu) = (e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), e / (2.0 * (1.0 + nu)));
         let plane_stress = D == 2 && self.assumption == Plane::Stress;
         let in_plane_lambda = if plane_stress { 2.0 * lambda * mu / (lambda + 2.0 * mu) } else { lambda };
         let strain_gradient_lambda = in_plane_lambda.min(STRAIN_GRADIENT_LIMIT * mu);
-        Elasticity { lambda, mu, in_plane_lambda, plane_stress, strain_gradient_lambda, patch_lambda: 0.0 }
+        Elasticity {
+            lambda,
+            mu,
+            in_plane_lambda,
+            plane_stress,
+            strain_gradient_lambda,
+            patch_lambda: 0.0,
+            constants: self.polynomial(),
+            exponents: self.exponents.0,
+        }
     }
 
     /// Speed of compression waves `c_p` (m/s) in `D` dimensions at the density given (kg/m³).
@@ -95,6 +131,14 @@ macro_rules! with_law {
             }
             $crate::materials::Law::NeoHookean => {
                 type $law = $crate::materials::NeoHookean;
+                $body
+            }
+            $crate::materials::Law::MooneyRivlin | $crate::materials::Law::Yeoh => {
+                type $law = $crate::materials::Invariants;
+                $body
+            }
+            $crate::materials::Law::Ogden => {
+                type $law = $crate::materials::Ogden;
                 $body
             }
         }

@@ -58,7 +58,17 @@ pub fn options(written: &Table) -> Result<Options, toml::de::Error> {
 /// A key or value that is none; a checked case has none.
 pub fn material(written: &Table, dimension: usize) -> Result<Elastic, toml::de::Error> {
     let plane = if dimension == 2 { Plane::Strain } else { Plane::ThreeDimensional };
-    laid_over(&assumption(plane), written)
+    if written.contains_key("youngs_modulus") || !written.contains_key("constants") {
+        return laid_over(&assumption(plane), written);
+    }
+    // What is left out of a law with constants, until they say it.
+    let mut usual = assumption(plane);
+    usual.insert("youngs_modulus".to_owned(), 1.0.into());
+    let mut elastic: Elastic = laid_over(&usual, written)?;
+    if let Some(modulus) = elastic.material.modulus_of_constants() {
+        elastic.material.youngs_modulus = modulus;
+    }
+    Ok(elastic)
 }
 
 fn resolve(file: &mut Case, findings: &mut Findings) {
@@ -118,6 +128,15 @@ fn check_material(material: &Material, dimension: usize, findings: &mut Findings
             return findings.add("structure.material.assumption", problem, "leave it out");
         }
         _ => {}
+    }
+    if let Some((key, problem, remedy)) = material.wrong_constants() {
+        return findings.add(format!("structure.material.{key}"), problem, remedy);
+    }
+    if let Some(modulus) = material.modulus_of_constants()
+        && (modulus / material.youngs_modulus - 1.0).abs() > 1e-9
+    {
+        let problem = format!("is not that of the constants, {modulus:.6e} Pa");
+        return findings.add("structure.material.youngs_modulus", problem, "leave it out");
     }
     let ratio = material.poisson_ratio;
     if ratio <= -1.0 || ratio >= 0.5 {

@@ -102,12 +102,7 @@ mod tests {
 
     #[test]
     fn a_gate_is_numbered_in_rows_along_its_length_and_filled_up() {
-        let material = Material {
-            law: Law::AlmansiHooke,
-            assumption: Plane::Strain,
-            youngs_modulus: 1.0,
-            poisson_ratio: 0.3,
-        };
+        let material = Material::new(Law::AlmansiHooke, 1.0, 0.3, Plane::Strain);
         let body = Body::block(Vector::from([0.0, 0.0]), Vector::from([2.0, 5.0]), 1.0, material, 1.0);
         let numbering = Numbering::new(&[body.clone(), body]);
         // Lattice order is x first: the column x = 0.5 holds the even ones.

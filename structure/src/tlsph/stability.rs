@@ -188,12 +188,7 @@ mod tests {
     use sph::Vector;
 
     fn grows(gradient: Gradient, factor: f64) -> bool {
-        let material = Material {
-            law: Law::StVenantKirchhoff,
-            assumption: Plane::Strain,
-            youngs_modulus: 1e6,
-            poisson_ratio: 0.3,
-        };
+        let material = Material::new(Law::StVenantKirchhoff, 1e6, 0.3, Plane::Strain);
         let ratio = gradient.default_smoothing_ratio();
         let body = Body::block(Vector::from([0.0, 0.0]), Vector::from([1.2, 0.4]), 0.1, material, 1000.0)
             .clamp(0, Side::Low, gradient, ratio);

@@ -59,12 +59,7 @@ fn run(
 /// 2001).
 fn oscillating_plate(layers: usize, gradient: Gradient, smoothing_ratio: f64) -> (f64, f64) {
     let (bulk, nu, density): (f64, f64, f64) = (3.25e6, 0.3975, 1000.0);
-    let material = Material {
-        law: Law::AlmansiHooke,
-        assumption: Plane::Strain,
-        youngs_modulus: 3.0 * bulk * (1.0 - 2.0 * nu),
-        poisson_ratio: nu,
-    };
+    let material = Material::new(Law::AlmansiHooke, 3.0 * bulk * (1.0 - 2.0 * nu), nu, Plane::Strain);
     let setup = clamped_beam(0.2, 0.02, layers, material, density, gradient, smoothing_ratio);
     let mut structure = TotalLagrangian::new(setup).unwrap();
     let c0 = (bulk / density).sqrt();
@@ -119,12 +114,7 @@ fn the_quadratic_gradient_is_right_in_bending_with_four_layers() {
 #[test]
 fn a_static_cantilever_with_four_layers() {
     for (plane, expected) in [(Plane::Stress, 30.38e-3), (Plane::Strain, 28.05e-3)] {
-        let material = Material {
-            law: Law::StVenantKirchhoff,
-            assumption: plane,
-            youngs_modulus: 210e9,
-            poisson_ratio: 0.3,
-        };
+        let material = Material::new(Law::StVenantKirchhoff, 210e9, 0.3, plane);
         let mut setup = clamped_beam(0.1, 0.01, 4, material, 7850.0, Gradient::Quadratic, 1.0);
         let face = MaterialPoint::over_face(
             V::from([0.1, 0.0]),
@@ -157,12 +147,7 @@ fn a_static_cantilever_with_four_layers() {
 /// 2-D.
 #[test]
 fn a_cantilever_block_in_three_dimensions() {
-    let material = Material {
-        law: Law::StVenantKirchhoff,
-        assumption: Plane::Strain,
-        youngs_modulus: 1e6,
-        poisson_ratio: 0.0,
-    };
+    let material = Material::new(Law::StVenantKirchhoff, 1e6, 0.0, Plane::Strain);
     let body = Body::block(Vector::zeros(), Vector::from([2.0, 0.25, 0.25]), 0.0625, material, 1000.0).clamp(
         0,
         Side::Low,

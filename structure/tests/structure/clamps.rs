@@ -11,12 +11,7 @@ use words::rigid::Motion;
 const GRADIENTS: [Gradient; 2] = [Gradient::FirstOrder, Gradient::Quadratic];
 
 fn material() -> structure::Material {
-    structure::Material {
-        law: Material::StVenantKirchhoff,
-        assumption: Plane::Strain,
-        youngs_modulus: 1e6,
-        poisson_ratio: 0.3,
-    }
+    structure::Material::new(Material::StVenantKirchhoff, 1e6, 0.3, Plane::Strain)
 }
 
 /// The motion on all fixed particles.

@@ -11,12 +11,7 @@ type V = Vector<2>;
 const GRADIENTS: [Gradient; 2] = [Gradient::FirstOrder, Gradient::Quadratic];
 
 fn setup(gradient: Gradient, length: f64, clamped: bool) -> Setup<2> {
-    let material = Material {
-        law: Law::StVenantKirchhoff,
-        assumption: Plane::Strain,
-        youngs_modulus: 1e6,
-        poisson_ratio: 0.3,
-    };
+    let material = Material::new(Law::StVenantKirchhoff, 1e6, 0.3, Plane::Strain);
     let mut body = Body::block(V::zeros(), V::from([length, 0.4]), 0.1, material, 1000.0);
     if clamped {
         body = body.clamp(0, Side::Low, gradient, gradient.default_smoothing_ratio());

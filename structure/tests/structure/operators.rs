@@ -5,13 +5,13 @@ use sph::kernel::CubicSpline;
 use sph::{Matrix, Vector, tensor};
 use structure::bodies::filling::{Filling, rectangle, without_disc};
 use structure::{
-    Body, Derived, Gradient, Law, Material, Options, Plane, Setup, Solid, State, TotalLagrangian,
+    Body, Constants, Derived, Gradient, Law, Material, Options, Plane, Setup, Solid, State, TotalLagrangian,
 };
 
 const GRADIENTS: [Gradient; 2] = [Gradient::FirstOrder, Gradient::Quadratic];
 
 fn material(law: Law) -> Material {
-    Material { law, assumption: Plane::Strain, youngs_modulus: 3.0, poisson_ratio: 0.3 }
+    Material::new(law, 3.0, 0.3, Plane::Strain)
 }
 
 /// Numbers in −1..1, the same at every run.
@@ -53,6 +53,16 @@ fn celled(law: Law) -> Body<2> {
 fn nearly_incompressible<const D: usize>(mut body: Body<D>) -> Body<D> {
     body.material.poisson_ratio = 0.49;
     body
+}
+
+/// Rubber with constants for either kind of law, nearly incompressible.
+fn rubber(law: Law, plane: Plane) -> Material {
+    let mut material = Material::new(law, 1.0, 0.48, plane);
+    material.constants = Constants([0.4, 0.1, 0.0]);
+    if law == Law::Ogden {
+        material.exponents = Constants([1.5, 3.0, 0.0]);
+    }
+    material
 }
 
 fn structure<const D: usize>(body: Body<D>, gradient: Gradient) -> TotalLagrangian<D> {
@@ -201,6 +211,11 @@ fn forces_are_minus_the_gradient_of_the_energy() {
     force_is_the_energys_gradient(gradient, nearly_incompressible(jittered::<2>(0.2, law)));
     force_is_the_energys_gradient(gradient, nearly_incompressible(jittered::<3>(0.1, law)));
     force_is_the_energys_gradient(gradient, nearly_incompressible(celled(Law::StVenantKirchhoff)));
+    let rubber = |mut body: Body<2>| {
+        body.material = rubber(Law::Ogden, Plane::Strain);
+        body
+    };
+    force_is_the_energys_gradient(gradient, rubber(jittered::<2>(0.2, law)));
 }
 
 fn keeps_momenta<const D: usize>(gradient: Gradient, law: Law, body: Body<D>) {
@@ -230,6 +245,14 @@ fn momentum_and_angular_momentum_are_kept_to_round_off() {
             keeps_momenta(gradient, law, nearly_incompressible(jittered::<2>(0.15, law)));
             keeps_momenta(gradient, law, nearly_incompressible(jittered::<3>(0.15, law)));
             keeps_momenta(gradient, law, nearly_incompressible(celled(law)));
+        }
+        for law in [Law::MooneyRivlin, Law::Yeoh, Law::Ogden] {
+            let mut body = jittered::<2>(0.15, law);
+            body.material = rubber(law, Plane::Stress);
+            keeps_momenta(gradient, law, body);
+            let mut body = jittered::<3>(0.15, law);
+            body.material = rubber(law, Plane::ThreeDimensional);
+            keeps_momenta(gradient, law, body);
         }
     }
 }

@@ -20,7 +20,7 @@ const GRAVITY: f64 = 2e-3;
 const REFERENCE: f64 = 67.41e-6;
 
 fn material(poisson_ratio: f64) -> Material {
-    Material { law: Law::StVenantKirchhoff, assumption: Plane::Strain, youngs_modulus: 1.4e6, poisson_ratio }
+    Material::new(Law::StVenantKirchhoff, 1.4e6, poisson_ratio, Plane::Strain)
 }
 
 /// Displacements that balance forces (N) on the free particles, to 1e-7 of them.
@@ -184,12 +184,7 @@ fn cooks_membrane_does_not_lock_and_has_a_smooth_pressure() {
         let filling = Filling { spacing, lattice_angle: 0.0, jitter: 0.0, seed: 1, sweeps: 3 };
         let (free, cells) = filling.fill(V::zeros(), V::from([48.0, 60.0]), &outline);
         let nodes: Vec<V> = (0..22).map(|k| V::from([0.0, 2.0 * f64::from(k) + 1.0])).collect();
-        let material = Material {
-            law: Law::NeoHookean,
-            assumption: Plane::Strain,
-            youngs_modulus: 250.0,
-            poisson_ratio,
-        };
+        let material = Material::new(Law::NeoHookean, 250.0, poisson_ratio, Plane::Strain);
         let body = Body::from_cells(free.clone(), &cells, spacing, material, 1.0).with_fixed_nodes(&nodes);
         let mut structure = TotalLagrangian::new(Setup::new(vec![body])).unwrap();
         let at_end: Vec<usize> = (0..free.len()).filter(|&i| free[i].x > 48.0 - 0.8 * spacing).collect();

@@ -17,8 +17,7 @@ const YOUNGS_MODULUS: f64 = 1e6;
 /// The bar, its end pulled by `traction` (Pa of the reference area) from 0.3 s on. With ν = 0 the clamp does
 /// not disturb it.
 fn pulled(law: Law, traction: f64) -> TotalLagrangian<2> {
-    let material =
-        Material { law, assumption: Plane::Strain, youngs_modulus: YOUNGS_MODULUS, poisson_ratio: 0.0 };
+    let material = Material::new(law, YOUNGS_MODULUS, 0.0, Plane::Strain);
     let bar = Body::block(V::zeros(), V::from([LENGTH, WIDTH]), SPACING, material, 1000.0);
     let end = MaterialPoint::over_face(
         V::from([LENGTH, 0.0]),
