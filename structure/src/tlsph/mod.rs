@@ -3,10 +3,12 @@
 //! Start at [`step`], the Runge–Kutta step over the sub-steps of one window. Below it: `kernels` (stresses
 //! from displacements, accelerations from stresses), on [`total_lagrangian`]'s arrays in the order of
 //! `numbering`, with the neighbours and weights of `stencil`, which one of the operators in `gradient` has
-//! made. `stability` finds the stable step; `clamps` moves what is fixed. `transfer` and `derived` lead from
+//! made. `stability` finds the stable step; `clamps` moves what is fixed, `contacts` adds what surfaces do
+//! to each other. `transfer` and `derived` lead from
 //! a state to those arrays and back.
 
 mod clamps;
+mod contacts;
 mod derived;
 mod field;
 mod ganzenmuller2015;
