@@ -164,8 +164,8 @@ impl Port {
 /// report look for. All are optional to give; see `docs/protocol.md` for which side needs which.
 pub mod names {
     pub use words::balances::{
-        CLAMP_WORK, DISSIPATED_ENERGY, ENERGIES, KINETIC_ENERGY, LEFT_ENERGY, LOAD_WORK, PARTICLES_LEFT,
-        PARTICLES_LOST, POTENTIAL_ENERGY, STRAIN_ENERGY, VOLUME_DRIFT,
+        CLAMP_WORK, CONTACT_ENERGY, DISSIPATED_ENERGY, ENERGIES, FRICTION_LOSS, KINETIC_ENERGY, LEFT_ENERGY,
+        LOAD_WORK, PARTICLES_LEFT, PARTICLES_LOST, POTENTIAL_ENERGY, STRAIN_ENERGY, VOLUME_DRIFT, WALL_WORK,
     };
 
     /// Structure → fluid: position of the interface particles.

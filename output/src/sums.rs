@@ -38,7 +38,7 @@ pub struct Energies {
     pub kinetic: f64,
     /// Of gravity, with all that left the run.
     pub potential: f64,
-    /// Of strain.
+    /// Of strain, and of contact.
     pub strain: f64,
 }
 
@@ -48,7 +48,7 @@ impl Energies {
         let part = match name {
             balances::KINETIC_ENERGY => &mut self.kinetic,
             balances::POTENTIAL_ENERGY | balances::LEFT_ENERGY => &mut self.potential,
-            balances::STRAIN_ENERGY => &mut self.strain,
+            balances::STRAIN_ENERGY | balances::CONTACT_ENERGY => &mut self.strain,
             _ => return false,
         };
         *part += value;

@@ -88,6 +88,12 @@ pub enum Error {
     )]
     #[expect(missing_docs, reason = "the message names each")]
     NotFinite { particle: usize, time: f64 },
+    /// A surface that another is about to pass through.
+    #[error(
+        "failed to advance the structure at t = {time} s: {body} passes through {partner} at {position:?} (particle {particle}), faster or harder pressed than contact can hold; use a stiffer material, a finer lattice, or a smaller speed or load"
+    )]
+    #[expect(missing_docs, reason = "the message names each")]
+    Passed { particle: usize, time: f64, position: Vec<f64>, body: String, partner: String },
     /// A sub-step over the stability limit.
     #[error(
         "failed to advance the structure at t = {time} s: the sub-step {sub_step} s is over the stable step {stable} s; use at least {remedy} sub-steps in a window of {window} s"

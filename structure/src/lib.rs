@@ -13,6 +13,7 @@
 //! | how it answers strain | [`materials`]: the laws, one file each |
 //! | how its clamps move | [`ClampMotion`] |
 //! | what acts on it | `loads`: the fluid's load, dead loads; `external`: the accelerations that they give |
+//! | what it meets | `contact`: bodies, itself and walls, with friction |
 //! | what changes in time | [`State`], and its bytes for a restart |
 //! | what a method gives | [`solid`]: the one trait that a second method implements |
 //! | the total-Lagrangian method | [`tlsph`], at its [`step`](tlsph::step) |
@@ -39,6 +40,7 @@
 //! In two dimensions one metre of depth is meant: volumes are in m³, forces in N.
 
 pub mod bodies;
+mod contact;
 mod error;
 mod external;
 mod lanes;
@@ -56,6 +58,7 @@ pub mod tlsph;
 pub use bodies::cells::{Cell, relax_to_centroids, voronoi_cells};
 pub use bodies::point::MaterialPoint;
 pub use bodies::{Body, Side};
+pub use contact::{ContactOptions, ContactSetup, Wall, WallShape};
 pub use error::{Error, ErrorKind, SetupError};
 pub use loads::{DeadLoad, History, Load};
 pub use materials::{Constants, Law, Material, Plane};
@@ -63,5 +66,5 @@ pub use options::{Gradient, Options};
 pub use particles::Particles;
 pub use setup::{ClampMotion, Setup};
 pub use solid::Solid;
-pub use state::{Derived, Energy, Report, Stability, State};
+pub use state::{Derived, Energy, Report, Stability, State, Stick};
 pub use tlsph::total_lagrangian::TotalLagrangian;

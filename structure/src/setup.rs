@@ -1,6 +1,7 @@
 //! Everything a structure is made of: bodies, loads and options, and the checks on them.
 
 use crate::bodies::{Body, Side};
+use crate::contact::ContactSetup;
 use crate::error::{ErrorKind, SetupError};
 use crate::loads::DeadLoad;
 use crate::options::{Gradient, Options, SAFETY};
@@ -42,6 +43,8 @@ pub struct Setup<const D: usize> {
     pub dead_loads: Vec<DeadLoad<D>>,
     /// Fixed particles that move by a law; the others stay where they are.
     pub motions: Vec<ClampMotion<D>>,
+    /// What meets what: walls, bodies, friction.
+    pub contact: ContactSetup<D>,
     /// Choices of the method.
     pub options: Options,
 }
@@ -55,6 +58,7 @@ impl<const D: usize> Setup<D> {
             gravity: Vector::zeros(),
             dead_loads: Vec::new(),
             motions: Vec::new(),
+            contact: ContactSetup::default(),
             options: Options::default(),
         }
     }
@@ -83,6 +87,7 @@ impl<const D: usize> Setup<D> {
         positive("smoothing_ratio", self.options.smoothing_ratio, false);
         positive("damping", self.options.damping, true);
         positive("hourglass", self.options.hourglass, true);
+        positive("friction", self.contact.options.friction, true);
         if !(self.options.step_fraction > 0.0 && self.options.step_fraction <= SAFETY) {
             mistakes.push(ErrorKind::Option { name: "step_fraction", value: self.options.step_fraction });
         }

@@ -3,7 +3,7 @@
 use sph::Vector;
 use words::bytes::{self, Reader, Writer};
 
-const MAGIC: &[u8; 8] = b"mnscsol2";
+const MAGIC: &[u8; 8] = b"mnscsol3";
 
 /// Positions, velocities and energies at one time, particles in the order of the setup.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +18,19 @@ pub struct State<const D: usize> {
     pub energy: Energy,
     /// How long the next sub-steps may be.
     pub stability: Stability,
+    /// Springs of friction, by particle and partner, ascending.
+    pub sticks: Vec<Stick<D>>,
+}
+
+/// The tangential spring by which a particle sticks to what it touches.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stick<const D: usize> {
+    /// The particle.
+    pub particle: u32,
+    /// What it touches: a body, or after all bodies a wall.
+    pub partner: u32,
+    /// How far the spring is stretched (m).
+    pub spring: Vector<D>,
 }
 
 impl<const D: usize> State<D> {
@@ -28,15 +41,24 @@ impl<const D: usize> State<D> {
 
     /// The state as bytes, for a restart that is identical to the bit.
     pub fn to_bytes(&self) -> Vec<u8> {
-        let Energy { kinetic, strain, load_work, clamp_work, dissipated } = self.energy;
+        let Energy { kinetic, strain, contact, load_work, clamp_work, wall_work, dissipated, friction_loss } =
+            self.energy;
         let Stability { strain: found_at, step } = self.stability;
         let mut state = Writer::new(MAGIC);
         state.usize(D);
-        for number in [self.time, kinetic, strain, load_work, clamp_work, dissipated, found_at, step] {
+        let works = [load_work, clamp_work, wall_work, dissipated, friction_loss];
+        for number in [self.time, kinetic, strain, contact].into_iter().chain(works).chain([found_at, step]) {
             state.f64(number);
         }
         state.vectors(&self.positions);
         state.vectors(&self.velocities);
+        state.usize(self.sticks.len());
+        for stick in &self.sticks {
+            state.usize(stick.particle as usize);
+            state.usize(stick.partner as usize);
+        }
+        let springs: Vec<Vector<D>> = self.sticks.iter().map(|stick| stick.spring).collect();
+        state.vectors(&springs);
         state.finish()
     }
 
@@ -50,14 +72,17 @@ impl<const D: usize> State<D> {
         if dimension != D {
             return Err(state.refuse("dimension", dimension.to_string()));
         }
-        let read = Self {
+        let mut read = Self {
             time: state.f64("time")?,
             energy: Energy {
                 kinetic: state.f64("kinetic energy")?,
                 strain: state.f64("strain energy")?,
+                contact: state.f64("energy of contact")?,
                 load_work: state.f64("load work")?,
                 clamp_work: state.f64("clamp work")?,
+                wall_work: state.f64("wall work")?,
                 dissipated: state.f64("dissipated energy")?,
+                friction_loss: state.f64("loss by friction")?,
             },
             stability: Stability {
                 strain: state.f64("strain of the stable step")?,
@@ -65,7 +90,21 @@ impl<const D: usize> State<D> {
             },
             positions: state.vectors("positions", Some(particles))?,
             velocities: state.vectors("velocities", Some(particles))?,
+            sticks: Vec::new(),
         };
+        let count = state.usize("number of springs")?;
+        let mut ends = Vec::new();
+        for _ in 0..count {
+            let (particle, partner) = (state.usize("particle that sticks")?, state.usize("what it touches")?);
+            if particle >= particles || partner > u32::MAX as usize {
+                return Err(state.refuse("particle that sticks", particle.to_string()));
+            }
+            ends.push((particle as u32, partner as u32));
+        }
+        let springs: Vec<Vector<D>> = state.vectors("springs", Some(count))?;
+        let sticks = ends.into_iter().zip(springs);
+        read.sticks =
+            sticks.map(|((particle, partner), spring)| Stick { particle, partner, spring }).collect();
         state.finish()?;
         Ok(read)
     }
@@ -92,20 +131,29 @@ pub struct Energy {
     pub kinetic: f64,
     /// Strain energy.
     pub strain: f64,
+    /// Energy of contact: of what lies in each other, and of the springs of friction.
+    pub contact: f64,
     /// Work that gravity, dead loads and the fluid's load have done since the start.
     pub load_work: f64,
     /// Work that clamps which move have done on the structure since the start. What acts on the fixed
     /// particles themselves they bear, and it is in neither work.
     pub clamp_work: f64,
+    /// Work that walls which move have done on the structure since the start.
+    pub wall_work: f64,
     /// Energy that damping has taken since the start.
     pub dissipated: f64,
+    /// Energy that friction has taken since the start.
+    pub friction_loss: f64,
 }
 
 impl Energy {
-    /// `kinetic + strain + dissipated − load work − clamp work`: constant up to the error of the time
-    /// integration, for laws with a potential.
+    /// `kinetic + strain + contact + dissipated + friction's loss − load work − clamp work − wall work`:
+    /// constant up to the error of the time integration, for laws with a potential.
     pub fn balance(&self) -> f64 {
-        self.kinetic + self.strain + self.dissipated - self.load_work - self.clamp_work
+        self.kinetic + self.strain + self.contact + self.dissipated + self.friction_loss
+            - self.load_work
+            - self.clamp_work
+            - self.wall_work
     }
 }
 

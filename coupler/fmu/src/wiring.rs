@@ -71,13 +71,16 @@ pub enum Values {
 }
 
 /// What a participant's report holds by default, where the unit has variables of these names.
-const ENERGIES: [&str; 6] = [
+const ENERGIES: [&str; 9] = [
     names::KINETIC_ENERGY,
     names::STRAIN_ENERGY,
     names::POTENTIAL_ENERGY,
     names::LOAD_WORK,
     names::CLAMP_WORK,
+    names::WALL_WORK,
+    names::CONTACT_ENERGY,
     names::DISSIPATED_ENERGY,
+    names::FRICTION_LOSS,
 ];
 
 /// Ports of a side: name, quantity, direction, exchange.

@@ -29,6 +29,10 @@ pub struct Structure {
     /// Dead loads.
     #[serde(default, rename = "load")]
     pub loads: Vec<Load>,
+    /// Contact with walls, of bodies with each other and with themselves; the solver brings the keys.
+    #[serde(default)]
+    #[schemars(with = "AnyTable")]
+    pub contact: Table,
     /// Numerics of its solver, which brings the keys.
     #[serde(default)]
     #[schemars(with = "AnyTable")]

@@ -281,7 +281,8 @@ pub(crate) fn energy(windows: &Columns) -> Vec<Figure> {
         figures.push(energy_figure(&format!("Energy of the {side}"), curves, caption.to_owned()));
         figures.extend(work_figure(windows, times, side));
         let of_work = |name: &str| {
-            let energy = [balances::LOAD_WORK, balances::CLAMP_WORK].contains(&quantity_of(name));
+            let of_walls = if side == "structure" { balances::WALL_WORK } else { balances::CLAMP_WORK };
+            let energy = [balances::LOAD_WORK, balances::CLAMP_WORK, of_walls].contains(&quantity_of(name));
             owner_of(name) == side && name.ends_with("_work") && !energy
         };
         figures.extend(figure(windows, &format!("Works on the {side}"), of_work, false, WORKS));
@@ -322,31 +323,44 @@ fn energy_figure(title: &str, curves: Vec<Curve>, caption: String) -> Figure {
     Figure { plot, caption }
 }
 
-/// The work of all loads on a side (gravity among them), that of clamps that move, and what became of it:
-/// kinetic, strain and dissipated energy. Without `load_work` there is none.
+/// The work of all loads on a side (gravity among them), that of clamps and walls that move, and what became
+/// of it: kinetic, strain, contact's and dissipated energy. Without `load_work` there is none.
 fn work_figure(windows: &Columns, times: &[f64], side: &str) -> Option<Figure> {
     let column = |name: &str| windows.get(&format!("{side}.{name}"));
     let of_loads = column(balances::LOAD_WORK)?;
     let of_clamps = column(balances::CLAMP_WORK);
-    let work = sum(std::iter::once(of_loads).chain(of_clamps));
-    let kept = [balances::KINETIC_ENERGY, balances::STRAIN_ENERGY, balances::DISSIPATED_ENERGY];
+    let of_walls = column(balances::WALL_WORK);
+    let work = sum(std::iter::once(of_loads).chain(of_clamps).chain(of_walls));
+    let kept = [
+        balances::KINETIC_ENERGY,
+        balances::STRAIN_ENERGY,
+        balances::CONTACT_ENERGY,
+        balances::DISSIPATED_ENERGY,
+        balances::FRICTION_LOSS,
+    ];
     let stored = sum(kept.into_iter().filter_map(column));
     let first = stored.first()? - work.first()?;
     let error = |(e, w): (&f64, &f64)| (e - w - first).abs();
     let largest = stored.iter().zip(&work).map(error).fold(0.0, f64::max);
     let scale = stored.iter().fold(0.0, |most: f64, e| most.max(e.abs()));
-    let and_clamps = if of_clamps.is_some() { ", and of clamps that move" } else { "" };
+    let and_others = match (of_clamps, of_walls) {
+        (None, None) => "",
+        (Some(_), None) => ", and of clamps that move",
+        (None, Some(_)) => ", and of walls that move",
+        (Some(_), Some(_)) => ", and of clamps and walls that move",
+    };
     let caption = format!(
-        "Kinetic, strain and dissipated energy together, and the work of all loads, gravity among them{and_clamps}. Since the first window their \
+        "Kinetic, strain and dissipated energy together, and the work of all loads, gravity among them{and_others}. Since the first window their \
          difference has changed by {} at most, {} of the largest energy.",
         scale::quantity(largest, "J"),
         scale::short(if scale > 0.0 { largest / scale } else { 0.0 })
     );
     let mut curves =
         vec![curve("kinetic + strain + dissipated", times, &stored), curve("work of loads", times, of_loads)];
-    if let Some(of_clamps) = of_clamps {
-        curves.push(curve("work of clamps", times, of_clamps));
-        curves.push(curve("work of both", times, &work));
+    let others = [("work of clamps", of_clamps), ("work of walls", of_walls)];
+    curves.extend(others.iter().filter_map(|(name, values)| Some(curve(name, times, (*values)?))));
+    if curves.len() > 2 {
+        curves.push(curve(if curves.len() > 3 { "work of all" } else { "work of both" }, times, &work));
     }
     Some(energy_figure(&format!("Energy and work, {side}"), curves, caption))
 }

@@ -85,8 +85,8 @@ pub struct Material {
 
 impl Material {
     /// A material of a law that is given by Young's modulus (Pa) and Poisson's ratio.
-    pub fn new(law: Law, youngs_modulus: f64, poisson_ratio: f64, assumption: Plane) -> Self {
-        let none = Constants::default();
+    pub const fn new(law: Law, youngs_modulus: f64, poisson_ratio: f64, assumption: Plane) -> Self {
+        let none = Constants([0.0; 3]);
         Self { law, youngs_modulus, poisson_ratio, assumption, constants: none, exponents: none }
     }
 

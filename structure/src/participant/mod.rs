@@ -156,7 +156,7 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
         let particles = solid.particles();
         let points = particles.interface.len();
         Ok(Self {
-            description: describe::<D>(case, S::METHOD, points, particles.clamps_move()),
+            description: describe(case, S::METHOD, points, particles),
             trial: accepted.clone(),
             accepted,
             load: vec![Vector::zeros(); points],
@@ -196,8 +196,12 @@ impl<S: Solid<D>, const D: usize> StructureParticipant<S, D> {
         let (energy, particles) = (&state.energy, self.solid.particles());
         let potential = particles.potential_energy(&state.positions);
         let mut scalars = vec![energy.kinetic, energy.strain, potential, energy.load_work];
+        let contact = Touching::of(particles);
         scalars.extend(particles.clamps_move().then_some(energy.clamp_work));
+        scalars.extend(contact.walls_that_move.then_some(energy.wall_work));
+        scalars.extend(contact.anything.then_some(energy.contact));
         scalars.push(energy.dissipated);
+        scalars.extend(contact.with_friction.then_some(energy.friction_loss));
         let seen = Seen { particles, state, derived: &self.derived, load: &self.load };
         for reading in &self.readings {
             reading.push(&seen, ProbeQuantity::places(D), &mut scalars);
@@ -332,16 +336,47 @@ fn take_vectors<const D: usize>(inputs: &Fields, name: &str, vectors: &mut [Vect
     }
 }
 
-fn describe<const D: usize>(case: &Case, method: &str, points: usize, clamps_move: bool) -> Description {
+/// What a structure may touch, which decides on what it tells of that.
+struct Touching {
+    anything: bool,
+    walls_that_move: bool,
+    with_friction: bool,
+}
+
+impl Touching {
+    fn of<const D: usize>(particles: &Particles<D>) -> Self {
+        let contact = &particles.setup.contact;
+        let anything = contact.acts(particles.setup.bodies.len());
+        Self {
+            anything,
+            walls_that_move: contact.walls_move(),
+            with_friction: anything && contact.options.friction > 0.0,
+        }
+    }
+}
+
+fn describe<const D: usize>(
+    case: &Case,
+    method: &str,
+    points: usize,
+    particles: &Particles<D>,
+) -> Description {
     let port = |name, quantity, direction| Port::new(name, quantity, D, Some(points), direction);
     let clamps = (names::CLAMP_WORK, "work of the clamps that move since the start");
+    let walls = (names::WALL_WORK, "work of the walls that move on the structure since the start");
+    let of_contact = (names::CONTACT_ENERGY, "energy of contact");
+    let friction = (names::FRICTION_LOSS, "energy that friction took since the start");
+    let contact = Touching::of(particles);
     let balances = [
         Some((names::KINETIC_ENERGY, "kinetic energy")),
         Some((names::STRAIN_ENERGY, "elastic energy of strain")),
         Some((names::POTENTIAL_ENERGY, "potential energy of gravity")),
         Some((names::LOAD_WORK, "work of all loads since the start, gravity among them")),
-        clamps_move.then_some(clamps),
+        particles.clamps_move().then_some(clamps),
+        contact.walls_that_move.then_some(walls),
+        contact.anything.then_some(of_contact),
         Some((names::DISSIPATED_ENERGY, "energy that damping took since the start")),
+        contact.with_friction.then_some(friction),
     ];
     let balance = |(name, meaning)| Scalar::new(name, "J", ScalarKind::Balance).meaning(meaning);
     let mut scalars: Vec<Scalar> = balances.into_iter().flatten().map(balance).collect();

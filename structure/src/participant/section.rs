@@ -1,5 +1,7 @@
-//! `[structure.numerics]` and `[structure.material]`: [`Options`] and [`Material`] as sections of the case.
+//! `[structure.numerics]`, `[structure.material]` and `[structure.contact]`: [`Options`], [`Material`] and
+//! [`ContactOptions`] as sections of the case.
 
+use crate::contact::ContactOptions;
 use crate::materials::{Material, Plane};
 use crate::options::{Gradient, Options};
 use interfaces::case::participant::Start;
@@ -12,7 +14,11 @@ use toml::Table;
 
 /// What this solver brings to the case file.
 pub const SECTIONS: Sections = Sections {
-    schemas: &[("structure.numerics", numerics_schema), ("structure.material", material_schema)],
+    schemas: &[
+        ("structure.numerics", numerics_schema),
+        ("structure.material", material_schema),
+        ("structure.contact", contact_schema),
+    ],
     resolve,
 };
 
@@ -35,6 +41,10 @@ fn numerics_schema() -> Json {
     and_with(schema, "gradient = \"first-order\"", &first_order)
 }
 
+fn contact_schema() -> Json {
+    schema_of::<ContactOptions>(&to_table(&ContactOptions::default()))
+}
+
 fn material_schema() -> Json {
     schema_of::<Elastic>(&assumption(Plane::Strain))
 }
@@ -50,6 +60,14 @@ fn assumption(plane: Plane) -> Table {
 pub fn options(written: &Table) -> Result<Options, toml::de::Error> {
     let gradient = laid_over::<Options>(&to_table(&Options::default()), written)?.gradient;
     laid_over(&to_table(&Options::of(gradient)), written)
+}
+
+/// What may meet what, of a section in which keys may be left out.
+///
+/// # Errors
+/// A key or value that is none; a checked case has none.
+pub fn contact(written: &Table) -> Result<ContactOptions, toml::de::Error> {
+    laid_over(&to_table(&ContactOptions::default()), written)
 }
 
 /// The material of a section in which the assumption may be left out.
@@ -80,6 +98,10 @@ fn resolve(file: &mut Case, findings: &mut Findings) {
             check_material(&material.material, dimension, findings);
         }
         Err(error) => findings.add("structure.material", error.message(), "compare it with the schema"),
+    }
+    match contact(&structure.contact) {
+        Ok(options) => structure.contact = to_table(&options),
+        Err(error) => findings.add("structure.contact", error.message(), "compare it with the schema"),
     }
     match options(&structure.numerics) {
         Ok(options) => {

@@ -4,8 +4,11 @@ use super::error::failed;
 use super::section;
 use super::section::Elastic;
 use crate::bodies::filling::{Filling, rectangle, without_disc};
-use crate::{Body, Cell, ClampMotion, DeadLoad, History, MaterialPoint, Setup, Side};
+use crate::{
+    Body, Cell, ClampMotion, ContactSetup, DeadLoad, History, MaterialPoint, Setup, Side, Wall, WallShape,
+};
 use interfaces::Result;
+use interfaces::case::fluid;
 use interfaces::case::motion::Motion;
 use interfaces::case::structure::{self, Clamp, ClampRegion};
 use interfaces::case::velocity::{CantileverVelocity, InitialVelocity};
@@ -59,6 +62,7 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
     }
     let mut setup = Setup::new(bodies);
     setup.motions = motions;
+    setup.contact = contact(case, structure)?;
     setup.gravity = Vector::from_column_slice(&case.general.gravity);
     setup.options = section::options(&structure.numerics).map_err(failed)?;
     let mut first = 0;
@@ -69,6 +73,28 @@ pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
         first += body.positions.len();
     }
     Ok(Made { setup, velocities })
+}
+
+/// What the bodies may meet: each other, themselves, and the case's walls.
+fn contact<const D: usize>(case: &Case, structure: &structure::Structure) -> Result<ContactSetup<D>> {
+    let point = |p: &Vec<f64>| Vector::from_column_slice(p);
+    let wall = |wall: &fluid::Wall| {
+        let shape = match (&wall.bounds, &wall.polyline) {
+            (Some(bounds), _) => {
+                let (low, high) = corners(bounds);
+                WallShape::Box { low, high }
+            }
+            (None, Some(points)) => WallShape::Polyline(points.iter().map(point).collect()),
+            (None, None) => return None,
+        };
+        let motion = wall.moves().and_then(Motion::rigid);
+        Some(Wall { name: wall.name.clone(), shape, motion })
+    };
+    Ok(ContactSetup {
+        options: section::contact(&structure.contact).map_err(failed)?,
+        walls: case.fluid.iter().flat_map(|fluid| &fluid.walls).filter_map(wall).collect(),
+        names: structure.bodies.iter().map(|body| body.name.clone()).collect(),
+    })
 }
 
 /// The body held by one clamp more; `arcs` are the fixed nodes of its circles.

@@ -43,7 +43,8 @@ impl<const D: usize> TotalLagrangian<D> {
             return known;
         }
         let displacements = self.particles.displacements(&state.positions);
-        Stability { strain, step: self.stable_time_step_about(&displacements) }
+        let omega = self.largest_frequency(&displacements);
+        Stability { strain, step: self.stable_step(omega) }
     }
 
     /// The largest component of the Green–Lagrange strain `½ (L + Lᵀ + Lᵀ L)` in magnitude.
@@ -66,18 +67,19 @@ impl<const D: usize> TotalLagrangian<D> {
         largest
     }
 
-    /// The stable step (s) of the structure linearised about displacements `U` (m).
-    pub(super) fn stable_time_step_about(&mut self, displacements: &[Vector<D>]) -> f64 {
-        let spacing = self.particles.setup.bodies.iter().map(Body::spacing).fold(f64::INFINITY, f64::min);
-        let omega = self.largest_frequency(displacements, PROBE * spacing);
+    /// The stable step (s) of a structure with this largest frequency (rad/s).
+    pub(super) fn stable_step(&self, omega: f64) -> f64 {
         let Options { step_fraction, damping, .. } = self.particles.setup.options;
         let step = step_fraction * RUNGE_KUTTA_LIMIT / omega;
         if damping > 0.0 { step.min(step_fraction * 2.78 / damping) } else { step }
     }
 
-    /// The largest angular frequency `ω_max` (rad/s): Lanczos on `−∂a/∂x`, which for laws with a potential is
-    /// symmetric in the product weighted with the masses; with `y = √m v` in the usual one.
-    fn largest_frequency(&mut self, displacements: &[Vector<D>], amplitude: f64) -> f64 {
+    /// The largest angular frequency `ω_max` (rad/s) of the structure linearised about displacements `U` (m)
+    /// without contact, which adds little to it (`contact`): Lanczos on `−∂a/∂x`, which for laws with a
+    /// potential is symmetric in the product weighted with the masses; with `y = √m v` in the usual one.
+    pub(super) fn largest_frequency(&mut self, displacements: &[Vector<D>]) -> f64 {
+        let spacing = self.particles.setup.bodies.iter().map(Body::spacing).fold(f64::INFINITY, f64::min);
+        let amplitude = PROBE * spacing;
         let free: Vec<Free<D>> = self
             .numbering
             .pairs()

@@ -1,5 +1,6 @@
 //! A solid by the total-Lagrangian method: operators built, limits known, scratch in place.
 
+use crate::contact::Contact;
 use crate::error::{Error, ErrorKind, SetupError};
 use crate::lanes::LANES;
 use crate::loads::Load;
@@ -32,6 +33,10 @@ pub struct TotalLagrangian<const D: usize> {
     pub(super) stable_time_step: f64,
     /// Slices in which fixed particles move by a law.
     pub(super) clamp_slices: Vec<usize>,
+    /// External accelerations (m/s²) of particles in contact without it, by internal index, for one stage.
+    pub(super) without_contact: Vec<(usize, Vector<D>)>,
+    /// None where nothing may meet.
+    pub(super) contact: Option<Contact<D>>,
     hourglass: Option<HourglassPairs<D>>,
 }
 
@@ -73,9 +78,13 @@ impl<const D: usize> Solid<D> for TotalLagrangian<D> {
             external: at_rest.clone(),
             stable_time_step: f64::INFINITY,
             clamp_slices,
+            without_contact: Vec::new(),
+            contact: None,
             hourglass,
         };
-        solid.stable_time_step = solid.stable_time_step_about(&at_rest);
+        let omega = solid.largest_frequency(&at_rest);
+        solid.stable_time_step = solid.stable_step(omega);
+        solid.contact = Contact::new(&solid.particles, omega);
         Ok(solid)
     }
 
@@ -90,6 +99,7 @@ impl<const D: usize> Solid<D> for TotalLagrangian<D> {
             velocities: vec![Vector::zeros(); self.particles.len()],
             energy: Energy::default(),
             stability: Stability { strain: 0.0, step: self.stable_time_step },
+            sticks: Vec::new(),
         };
         self.particles.put_clamps(&mut state);
         state
@@ -99,6 +109,7 @@ impl<const D: usize> Solid<D> for TotalLagrangian<D> {
         self.load_state(state)?;
         state.energy.kinetic = self.kinetic_energy();
         state.energy.strain = self.strain_energy();
+        state.energy.contact = self.contact_energy(state)?;
         state.stability = self.stability(state, state.stability);
         Ok(())
     }

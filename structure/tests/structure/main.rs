@@ -2,6 +2,7 @@
 
 mod cases;
 mod clamps;
+mod contact;
 mod motion;
 mod operators;
 mod statics;
