@@ -33,7 +33,8 @@ impl TryFrom<Vec<f64>> for Constants {
     fn try_from(given: Vec<f64>) -> Result<Self, String> {
         let mut constants = Self::default();
         if given.len() > constants.0.len() {
-            return Err(format!("has {} numbers; give at most {}", given.len(), constants.0.len()));
+            let most = constants.0.len();
+            return Err(format!("constants and exponents are at most {most} each, not {}", given.len()));
         }
         constants.0[..given.len()].copy_from_slice(&given);
         Ok(constants)

@@ -76,7 +76,9 @@ pub fn contact(written: &Table) -> Result<ContactOptions, toml::de::Error> {
 /// A key or value that is none; a checked case has none.
 pub fn material(written: &Table, dimension: usize) -> Result<Elastic, toml::de::Error> {
     let plane = if dimension == 2 { Plane::Strain } else { Plane::ThreeDimensional };
-    if written.contains_key("youngs_modulus") || !written.contains_key("constants") {
+    let law = written.get("law").and_then(|law| law.as_str());
+    let has_constants = law.is_some_and(|law| ["mooney-rivlin", "yeoh", "ogden"].contains(&law));
+    if written.contains_key("youngs_modulus") || !has_constants {
         return laid_over(&assumption(plane), written);
     }
     // What is left out of a law with constants, until they say it.
