@@ -6,8 +6,9 @@
 //! | what may be chosen | `options`: `[structure.contact]` |
 //! | what a body's outer surface is | `surface` |
 //! | what a rigid wall is | `walls` |
-//! | which particles are near which surface, and how far | `search`, `distance` |
-//! | the potential and its forces | `acting` |
+//! | what may meet what, and which particles are near which surface | `pairing`, `search`, `distance` |
+//! | the potential | `meeting` |
+//! | forces, works and energies in the time step | `acting` |
 //! | sticking and sliding | `friction` |
 //!
 //! A particle of a surface meets the surface of another body, the far parts of its own, or a wall, where
@@ -22,11 +23,15 @@
 mod acting;
 mod distance;
 mod friction;
+mod meeting;
 pub(crate) mod options;
+mod pairing;
 mod search;
 mod surface;
 mod walls;
 
-pub(crate) use acting::{Contact, Passed, Power};
+pub(crate) use acting::Power;
+pub(crate) use meeting::Passed;
 pub use options::{ContactOptions, ContactSetup};
+pub(crate) use pairing::Contact;
 pub use walls::{Wall, WallShape};

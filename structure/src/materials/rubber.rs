@@ -41,6 +41,13 @@ impl TryFrom<Vec<f64>> for Constants {
     }
 }
 
+impl Law {
+    /// Whether it is given by constants, from which Young's modulus follows.
+    pub fn has_constants(self) -> bool {
+        matches!(self, Self::MooneyRivlin | Self::Yeoh | Self::Ogden)
+    }
+}
+
 impl Material {
     /// Young's modulus (Pa) at small strain of a law that has it from constants.
     pub fn modulus_of_constants(&self) -> Option<f64> {

@@ -2,7 +2,7 @@
 //! [`ContactOptions`] as sections of the case.
 
 use crate::contact::ContactOptions;
-use crate::materials::{Material, Plane};
+use crate::materials::{Law, Material, Plane};
 use crate::options::{Gradient, Options};
 use interfaces::case::participant::Start;
 use interfaces::case::section::{Json, Sections, and_with, laid_over, schema_of, to_table};
@@ -76,9 +76,8 @@ pub fn contact(written: &Table) -> Result<ContactOptions, toml::de::Error> {
 /// A key or value that is none; a checked case has none.
 pub fn material(written: &Table, dimension: usize) -> Result<Elastic, toml::de::Error> {
     let plane = if dimension == 2 { Plane::Strain } else { Plane::ThreeDimensional };
-    let law = written.get("law").and_then(|law| law.as_str());
-    let has_constants = law.is_some_and(|law| ["mooney-rivlin", "yeoh", "ogden"].contains(&law));
-    if written.contains_key("youngs_modulus") || !has_constants {
+    let law = written.get("law").and_then(|law| Law::deserialize(law.clone()).ok());
+    if written.contains_key("youngs_modulus") || !law.is_some_and(Law::has_constants) {
         return laid_over(&assumption(plane), written);
     }
     // What is left out of a law with constants, until they say it.

@@ -19,5 +19,6 @@ mod patches;
 mod stability;
 mod stencil;
 pub mod step;
+mod tasks;
 pub mod total_lagrangian;
 mod transfer;

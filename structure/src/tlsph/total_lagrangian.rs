@@ -17,6 +17,7 @@ use crate::tlsph::kernels::{self, BodyPass, Fields};
 use crate::tlsph::numbering::Numbering;
 use crate::tlsph::patches::Patches;
 use crate::tlsph::stencil::Stencil;
+use crate::tlsph::tasks;
 use sph::Vector;
 use sph::neighbours::{CellGrid, NeighbourList};
 
@@ -122,7 +123,7 @@ impl<const D: usize> Solid<D> for TotalLagrangian<D> {
         sub_steps: usize,
         load: &Load<D>,
     ) -> Result<Report, Error> {
-        if kernels::is_shared(self.stencil.slices.len()) {
+        if tasks::is_shared(self.stencil.slices.len()) {
             // Into the pool once per window: from outside, each pass would wait for a worker to wake up and
             // for its answer.
             rayon::scope(|_| self.solve(from, to, dt, sub_steps, load))

@@ -2,6 +2,7 @@
 //! and the docs tell of all.
 
 mod mistakes;
+mod rows;
 
 use interfaces::SubSteps;
 use interfaces::case::fluid::Slip;
