@@ -33,7 +33,7 @@ fn the_structure_is_within_its_tolerances_at_the_coarsest_resolutions() {
     assert!(validated.join("clamped_plate/static-4/report.html").exists());
 }
 
-/// Fluid and structure together: the column on a soft plate over two periods.
+/// Fluid and structure together: the column on a soft plate over a period and a half.
 #[test]
 fn fluid_and_structure_together_are_within_their_tolerances_at_the_coarsest_resolutions() {
     let out = tempfile::tempdir().unwrap();
