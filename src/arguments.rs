@@ -21,6 +21,7 @@ Examples:
   meniscus check my_case.toml                           all mistakes of a case at once, and what would run
   meniscus report out/elastic_gate --times 0.04,0.12    report.html with curves, balances and these frames
   meniscus validate structure                           benchmarks against their references, into out/validate
+  meniscus validate fsi --case walhorn_baffle           fluid and structure together, one case of them
   meniscus export-fmu cases/oscillating_plate -o plate.fmu    the structure for FMPy and other FMI tools
   meniscus run my_case.toml --set structure.participant.fmu=plate.fmu    an FMU in the place of a solver
   meniscus mock --help                                  partners to test a solver of your own against";
@@ -250,6 +251,8 @@ pub enum Suite {
     Structure,
     /// The fluid alone
     Fluid,
+    /// Fluid and structure together
+    Fsi,
 }
 
 /// `meniscus fluid`, `meniscus structure`.

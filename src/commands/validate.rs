@@ -11,6 +11,7 @@ pub fn validate(arguments: &Validate) -> ExitCode {
     let suite = match arguments.suite {
         Suite::Structure => "structure",
         Suite::Fluid => "fluid",
+        Suite::Fsi => "fsi",
     };
     let studies = match study::find(&arguments.cases, suite, arguments.case.as_deref()) {
         Ok(studies) => studies,

@@ -16,6 +16,7 @@
 //! | order `p` | of the measure's own convergence, `f(Δx) = f0 + C Δxᵖ` through its three finest resolutions |
 //! | judged | whether a measure that misses its tolerance fails the command; the default operator's are |
 
+mod course;
 mod measure;
 mod order;
 pub mod page;

@@ -1,5 +1,6 @@
 //! Numbers made of a column over time.
 
+use crate::course::{extreme, first_over, line, mean, period, ringing, swings, value_at, vertex};
 use crate::study::{Kind, Measure};
 use interfaces::case::probe::Reference;
 use output::sums::{Energies, EnergySum};
@@ -40,31 +41,46 @@ pub enum MeasureError {
     },
 }
 
-/// Takes the measure of a run's probes and windows, against the case's references.
+/// The tables of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Tables<'a> {
+    /// `probes.csv`.
+    pub probes: &'a Columns,
+    /// `probes_intervals.csv`.
+    pub intervals: &'a Columns,
+    /// `windows.csv`.
+    pub windows: &'a Columns,
+}
+
+impl<'a> Tables<'a> {
+    /// Times and values of a column, of the first table that has it.
+    fn course(self, column: &str) -> Option<(&'a [f64], &'a [f64])> {
+        [(self.windows, "time"), (self.probes, "t"), (self.intervals, "t")]
+            .into_iter()
+            .find_map(|(table, time)| Some((table.get(time)?, table.get(column)?)))
+    }
+}
+
+/// Takes the measure of a run's tables, against the case's references.
 ///
 /// # Errors
 /// A column or reference that is not there, or too little of a course in it.
-pub fn take(
-    measure: &Measure,
-    probes: &Columns,
-    windows: &Columns,
-    references: &[Reference],
-) -> Result<f64, MeasureError> {
-    let missing = |column: &str, table: &Columns| MeasureError::Column {
+pub fn take(measure: &Measure, tables: Tables<'_>, references: &[Reference]) -> Result<f64, MeasureError> {
+    let missing = |column: &str, there: &[&Columns]| MeasureError::Column {
         measure: measure.name.clone(),
         column: column.to_owned(),
-        there: table.names.join(", "),
+        there: there.iter().flat_map(|table| table.names.clone()).collect::<Vec<_>>().join(", "),
     };
     let rows = |what: &str| MeasureError::Rows { measure: measure.name.clone(), what: what.to_owned() };
     if measure.kind.is_of_energy() {
         let of = if measure.kind == Kind::EnergyDrift { energy_drift } else { energy_rise };
-        let number = of(windows).ok_or_else(|| missing("structure.kinetic_energy", windows))?;
+        let number =
+            of(tables.windows).ok_or_else(|| missing("structure.kinetic_energy", &[tables.windows]))?;
         return Ok(measure.scale * number);
     }
-    let (table, time) =
-        if windows.get(&measure.column).is_some() { (windows, "time") } else { (probes, "t") };
-    let times = table.get(time).ok_or_else(|| missing(time, table))?;
-    let values = table.get(&measure.column).ok_or_else(|| missing(&measure.column, probes))?;
+    let (times, values) = tables
+        .course(&measure.column)
+        .ok_or_else(|| missing(&measure.column, &[tables.probes, tables.intervals]))?;
     if measure.kind.is_against() {
         let is_meant = |r: &&Reference| r.probe == measure.column && r.label == measure.against;
         let reference = references.iter().find(is_meant).ok_or_else(|| MeasureError::Reference {
@@ -92,6 +108,11 @@ pub fn take(
     let number = match measure.kind {
         Kind::Max => extreme(times, values, 1.0),
         Kind::Min => extreme(times, values, -1.0),
+        Kind::TimeOfMax => vertex(times, values, 1.0).0,
+        Kind::TimeOfMin => vertex(times, values, -1.0).0,
+        Kind::FirstOver => {
+            first_over(times, values, measure.level).ok_or_else(|| rows("it never is over its level"))?
+        }
         Kind::MeanOver => mean(times, values),
         Kind::Last => values[values.len() - 1],
         Kind::Amplitude => 0.5 * (extreme(times, values, 1.0) - extreme(times, values, -1.0)),
@@ -99,6 +120,11 @@ pub fn take(
             let period =
                 period(times, values).ok_or_else(|| rows("it passes its middle in one direction once"))?;
             if measure.kind == Kind::Period { period } else { 1.0 / period }
+        }
+        Kind::RingingMean | Kind::RingingFrequency => {
+            let [mean, frequency] =
+                ringing(times, values).ok_or_else(|| rows("it passes its middle in one direction once"))?;
+            if measure.kind == Kind::RingingMean { mean } else { frequency }
         }
         Kind::MaxAbs => values.iter().fold(0.0f64, |largest, v| largest.max(v.abs())),
         Kind::DecayRate => {
@@ -118,87 +144,6 @@ pub fn take(
     Ok(measure.scale * number)
 }
 
-/// Largest (`sign` 1) or least (`sign` −1) value; of the parabola through the three rows about it where it is
-/// not at an end.
-fn extreme(times: &[f64], values: &[f64], sign: f64) -> f64 {
-    let at = (0..values.len()).max_by(|&a, &b| (sign * values[a]).total_cmp(&(sign * values[b])));
-    let at = at.expect("the caller has seen three rows");
-    if at == 0 || at + 1 == values.len() {
-        return values[at];
-    }
-    // f(s) = f₁ + b s + a s², s counted from the middle row.
-    let (left, right) = (times[at - 1] - times[at], times[at + 1] - times[at]);
-    let (down, up) = ((values[at - 1] - values[at]) / left, (values[at + 1] - values[at]) / right);
-    let a = (up - down) / (right - left);
-    let b = down - a * left;
-    if a == 0.0 { values[at] } else { values[at] - b * b / (4.0 * a) }
-}
-
-/// Value at a time, of the parabola through the rows about it.
-fn value_at(times: &[f64], values: &[f64], time: f64) -> Option<f64> {
-    let (&first, &last) = (times.first()?, times.last()?);
-    // A run's last row is at its end up to rounding.
-    if times.len() < 3 || time < first || time > last * (1.0 + 1e-9) {
-        return None;
-    }
-    let middle = times.partition_point(|&t| t < time).clamp(1, times.len() - 2);
-    let (t, v) = (&times[middle - 1..=middle + 1], &values[middle - 1..=middle + 1]);
-    let weight =
-        |i: usize, j: usize, k: usize| (time - t[j]) * (time - t[k]) / ((t[i] - t[j]) * (t[i] - t[k]));
-    Some(v[0] * weight(0, 1, 2) + v[1] * weight(1, 0, 2) + v[2] * weight(2, 0, 1))
-}
-
-/// Mean over time, the values linear between rows.
-fn mean(times: &[f64], values: &[f64]) -> f64 {
-    let area: f64 =
-        (1..times.len()).map(|i| 0.5 * (values[i] + values[i - 1]) * (times[i] - times[i - 1])).sum();
-    area / (times[times.len() - 1] - times[0])
-}
-
-/// Mean time between passages through the middle of the range; that of those downwards and of those upwards,
-/// each if there are two.
-fn period(times: &[f64], values: &[f64]) -> Option<f64> {
-    let middle = 0.5 * (extreme(times, values, 1.0) + extreme(times, values, -1.0));
-    let passages = |sign: f64| -> Vec<f64> {
-        let passes = |i: &usize| sign * (values[i - 1] - middle) < 0.0 && sign * (values[*i] - middle) >= 0.0;
-        let at = |i: usize| {
-            let part = (middle - values[i - 1]) / (values[i] - values[i - 1]);
-            times[i - 1] + part * (times[i] - times[i - 1])
-        };
-        (1..times.len()).filter(passes).map(at).collect()
-    };
-    let both = [passages(1.0), passages(-1.0)];
-    let (periods, length) = both
-        .iter()
-        .filter(|p| p.len() > 1)
-        .fold((0, 0.0), |(count, length), p| (count + p.len() - 1, length + p[p.len() - 1] - p[0]));
-    (periods > 0).then(|| length / periods as f64)
-}
-
-/// Swings of a course about the middle of its range: the time halfway between two extremes and the logarithm
-/// of their difference. What comes after its last passage may be no extreme yet, and is left out.
-fn swings(times: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
-    let middle = 0.5 * (extreme(times, values, 1.0) + extreme(times, values, -1.0));
-    let sides: Vec<(usize, usize)> = values
-        .chunk_by(|a, b| (*a < middle) == (*b < middle))
-        .scan(0, |end, side| {
-            let first = *end;
-            *end += side.len();
-            Some((first, *end))
-        })
-        .collect();
-    let peaks: Vec<(f64, f64)> = sides[..sides.len() - 1]
-        .iter()
-        .map(|&(first, end)| {
-            let (times, values) = (&times[first..end], &values[first..end]);
-            let sign = if values[0] < middle { -1.0 } else { 1.0 };
-            let at = (0..values.len()).max_by(|&a, &b| (sign * values[a]).total_cmp(&(sign * values[b])));
-            (times[at.unwrap_or(0)], extreme(times, values, sign))
-        })
-        .collect();
-    peaks.windows(2).map(|p| (0.5 * (p[0].0 + p[1].0), (p[1].1 - p[0].1).abs().ln())).collect()
-}
-
 /// Times at which a course first passes the reference's values from below or above, with the reference's
 /// times: `(own, reference's)`.
 fn passages(measure: &Measure, times: &[f64], values: &[f64], reference: &Reference) -> Vec<(f64, f64)> {
@@ -212,16 +157,6 @@ fn passages(measure: &Measure, times: &[f64], values: &[f64], reference: &Refere
     };
     let course = reference.time.iter().zip(&reference.value).filter(|(t, _)| wanted(**t));
     course.filter_map(|(&t, &value)| Some((first(value)?, t))).collect()
-}
-
-/// The line through points by least squares: mean x, mean y, slope. Nothing through fewer than three, or
-/// where they are no numbers.
-fn line(points: &[(f64, f64)]) -> Option<[f64; 3]> {
-    let count = points.len() as f64;
-    let mean = |of: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
-    let (x, y) = (mean(&|p| p.0), mean(&|p| p.1));
-    let slope = mean(&|p| (p.0 - x) * (p.1 - y)) / mean(&|p| (p.0 - x).powi(2));
-    (points.len() >= 3 && slope.is_finite()).then_some([x, y, slope])
 }
 
 /// Largest rise of the fluid's energy, less what structure and walls gave, over the least before; over the
@@ -286,6 +221,18 @@ mod tests {
         }
     }
 
+    /// The measure of these probes.
+    fn of_probes(measure: &Measure, probes: &Columns) -> Result<f64, MeasureError> {
+        let nothing = Columns::default();
+        take(measure, Tables { probes, intervals: &nothing, windows: &nothing }, &[])
+    }
+
+    /// The measure of these windows.
+    fn of_windows(measure: &Measure, windows: &Columns) -> f64 {
+        let nothing = Columns::default();
+        take(measure, Tables { probes: &nothing, intervals: &nothing, windows }, &[]).unwrap()
+    }
+
     fn of(kind: Kind) -> Result<f64, MeasureError> {
         let measure = Measure {
             name: "m".into(),
@@ -295,13 +242,14 @@ mod tests {
             kind,
             from: 0.1,
             until: f64::INFINITY,
+            level: 0.0,
             scale: 1.0,
             reference: 1.0,
             source: String::new(),
             tolerance: Vec::new(),
             paper: Vec::new(),
         };
-        take(&measure, &swing(), &Columns::default(), &[])
+        of_probes(&measure, &swing())
     }
 
     #[test]
@@ -331,6 +279,13 @@ mod tests {
         near(Kind::ValueAt, 2.0 + 3.0 * (TAU * 0.125 + 0.1).sin(), 1e-3);
     }
 
+    #[test]
+    fn a_ringing_of_no_whole_periods_tells_mean_and_frequency() {
+        let of = |kind| of(kind).unwrap();
+        assert!((of(Kind::RingingMean) - 2.0).abs() < 1e-6);
+        assert!((of(Kind::RingingFrequency) - 1.25).abs() < 1e-6);
+    }
+
     fn by_hand(text: &str) -> Measure {
         let head = "name = 'm'\nreference = 1.0\nsource = ''\n";
         toml::from_str(&format!("{head}{text}")).unwrap()
@@ -346,7 +301,7 @@ mod tests {
         let values = times.iter().map(|t| 3.0 * (-1.7 * t).exp()).collect();
         let windows = columns(&["time", "fluid.kinetic_energy"], vec![times, values]);
         let measure = by_hand("column = 'fluid.kinetic_energy'\nkind = 'decay-rate'");
-        let rate = take(&measure, &Columns::default(), &windows, &[]).unwrap();
+        let rate = of_windows(&measure, &windows);
         assert!((rate - 1.7).abs() < 1e-12, "{rate}");
     }
 
@@ -370,7 +325,9 @@ mod tests {
         let of = |kind: &str| {
             let measure =
                 by_hand(&format!("column = 'front.right'\nagainst = 'experiment'\nkind = '{kind}'"));
-            take(&measure, &probes, &Columns::default(), std::slice::from_ref(&reference)).unwrap()
+            let nothing = Columns::default();
+            let tables = Tables { probes: &probes, intervals: &nothing, windows: &nothing };
+            take(&measure, tables, std::slice::from_ref(&reference)).unwrap()
         };
         assert!((of("speed-ratio") - 1.25).abs() < 1e-12);
         // Own times 0, 0.4, 0.8, 1.2 against 0.1 to 1.6.
@@ -381,10 +338,31 @@ mod tests {
     fn a_rise_counts_from_the_least_before_it_without_the_work_of_walls() {
         let names = ["fluid.kinetic_energy", "fluid.potential_energy", "fluid.wall_work"];
         let energies = vec![vec![0.0, 1.0, 2.0, 3.0], vec![10.0, 8.0, 7.5, 7.5], vec![0.0, 0.0, 0.0, 0.75]];
-        let rise =
-            take(&by_hand("kind = 'energy-rise'"), &Columns::default(), &columns(&names, energies), &[]);
+        let rise = of_windows(&by_hand("kind = 'energy-rise'"), &columns(&names, energies));
         // 10, 9, 9.5 and 9.75 when the wall's work is taken out, beside a kinetic energy of 3.
-        assert!((rise.unwrap() - 0.25).abs() < 1e-15);
+        assert!((rise - 0.25).abs() < 1e-15);
+    }
+
+    /// A parabola over three rows, 1 − (t − 0.25)²/4, and a line of means over intervals.
+    #[test]
+    fn times_of_extremes_and_passages_are_found_in_every_table() {
+        let times: Vec<f64> = vec![-2.0, -1.0, 0.0, 1.0, 2.0];
+        let values: Vec<f64> = times.iter().map(|t| 1.0 - (t - 0.25f64).powi(2) / 4.0).collect();
+        let probes = columns(&["t", "tip.ux"], vec![times, values]);
+        let intervals = columns(&["t", "wall.fx_mean"], vec![vec![1.0, 2.0, 3.0], vec![0.0, 3.0, 1.0]]);
+        let of = |text: &str| {
+            let nothing = Columns::default();
+            let tables = Tables { probes: &probes, intervals: &intervals, windows: &nothing };
+            take(&by_hand(&format!("from = -5.0\n{text}")), tables, &[])
+        };
+        let number = |text: &str| of(text).unwrap();
+        assert!((number("column = 'tip.ux'\nkind = 'time-of-max'") - 0.25).abs() < 1e-12);
+        assert!((number("column = 'tip.ux'\nkind = 'max'") - 1.0).abs() < 1e-12);
+        assert_eq!(number("column = 'tip.ux'\nkind = 'time-of-min'"), -2.0);
+        assert!((number("column = 'wall.fx_mean'\nkind = 'first-over'\nlevel = 1.5") - 1.5).abs() < 1e-12);
+        assert!(of("column = 'wall.fx_mean'\nkind = 'first-over'\nlevel = 5.0").is_err());
+        // Upside down, as the least value is found.
+        assert_eq!(vertex(&[0.0, 1.0, 2.0], &[1.0, -1.0, 1.0], -1.0), (1.0, -1.0));
     }
 
     #[test]
@@ -394,7 +372,7 @@ mod tests {
         let measure: Measure =
             toml::from_str("name = 'm'\ncolumn = 'tip.uy'\nkind = 'max'\nreference = 1.0\nsource = ''")
                 .unwrap();
-        let message = take(&measure, &table, &Columns::default(), &[]).unwrap_err().to_string();
+        let message = of_probes(&measure, &table).unwrap_err().to_string();
         assert!(message.contains("`tip.uy`") && message.contains("tip.ux"), "{message}");
     }
 }

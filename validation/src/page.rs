@@ -1,7 +1,9 @@
 //! `validation.html`: tables and curves of all series in one file that needs nothing else.
 
-use crate::run::{CaseResult, SeriesResult};
+use crate::run::{CaseResult, SeriesResult, Variant};
+use crate::study::Figure;
 use crate::tables::{HEADINGS, order, row};
+use interfaces::case::probe::Reference;
 use output::report::{Curve, Mark, Marks, Plot, chart, document, escape};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -24,6 +26,9 @@ pub fn write(results: &[CaseResult], suite: &str, out: &Path) -> output::Result<
             table(&mut body, series);
             links(&mut body, series);
             figures(&mut body, series);
+        }
+        for figure in &case.study.figures {
+            beside_each_other(&mut body, figure, case);
         }
     }
     let path = out.join(FILE);
@@ -78,16 +83,10 @@ fn figures(body: &mut String, series: &SeriesResult) {
         series.measures.iter().map(|m| m.measure.column.as_str()).filter(|c| !c.is_empty()).collect();
     body.push_str("<div class=\"figures\">\n");
     for column in columns {
-        let curve = |variant: &crate::run::Variant| {
-            Some(Curve {
-                label: format!("{} layers", variant.resolution),
-                times: variant.probes.get("t")?.to_vec(),
-                values: variant.probes.get(column)?.to_vec(),
-            })
-        };
+        let curve = |variant: &Variant| curve(variant, column, format!("{} layers", variant.resolution));
         let plot = Plot {
             title: column.to_owned(),
-            unit: series.variants.first().map_or_else(String::new, |variant| variant.probes.unit(column)),
+            unit: unit(&series.variants, column),
             curves: series.variants.iter().filter_map(curve).collect(),
             marks: marks(series, column),
             ..Plot::default()
@@ -97,6 +96,41 @@ fn figures(body: &mut String, series: &SeriesResult) {
         }
     }
     body.push_str("</div>\n");
+}
+
+/// A figure with several series in it, each at the finest resolution that was run.
+fn beside_each_other(body: &mut String, figure: &Figure, case: &CaseResult) {
+    let found = |name: &String| case.series.iter().find(|series| series.series.name == *name);
+    let series: Vec<&SeriesResult> = figure.series.iter().filter_map(found).collect();
+    let finest = |series: &&SeriesResult| {
+        let variant = series.variants.last()?;
+        curve(variant, &figure.column, format!("{}, {} layers", series.series.name, variant.resolution))
+    };
+    let plot = Plot {
+        title: figure.title.clone(),
+        unit: series.first().map_or_else(String::new, |series| unit(&series.variants, &figure.column)),
+        curves: series.iter().filter_map(finest).collect(),
+        marks: series.first().map_or_else(Vec::new, |series| marks(series, &figure.column)),
+        ..Plot::default()
+    };
+    if let Some(chart) = chart(&plot) {
+        let _ = writeln!(body, "<div class=\"figures\">\n<figure>\n{chart}</figure>\n</div>");
+    }
+}
+
+/// The course of a column in a run.
+fn curve(variant: &Variant, column: &str, label: String) -> Option<Curve> {
+    let table = variant.table_of(column)?;
+    let rows = table.get("t")?.iter().zip(table.get(column)?);
+    // A row of the intervals without a value is one at which intervals of another length end, and no gap.
+    let is_of_column = |(_, value): &(&f64, &f64)| value.is_finite() || variant.probes.get(column).is_some();
+    let (times, values) = rows.filter(is_of_column).map(|(time, value)| (*time, *value)).unzip();
+    Some(Curve { label, times, values })
+}
+
+fn unit(variants: &[Variant], column: &str) -> String {
+    let table = variants.iter().find_map(|variant| variant.table_of(column));
+    table.map_or_else(String::new, |table| table.unit(column))
 }
 
 /// The case's references of this column that the series names.
@@ -111,8 +145,16 @@ fn marks(series: &SeriesResult, column: &str) -> Vec<Marks> {
                 .time
                 .iter()
                 .zip(&r.value)
-                .map(|(&time, &value)| Mark { time, value, range: None })
+                .enumerate()
+                .map(|(i, (&time, &value))| Mark { time, value, range: range(r, i) })
                 .collect(),
         })
         .collect()
+}
+
+/// The range in which a reference's value is known; nothing where it is none.
+fn range(reference: &Reference, i: usize) -> Option<(f64, f64)> {
+    let border = |borders: &[f64]| borders.get(i).copied().unwrap_or(reference.value[i]);
+    let (low, high) = (border(&reference.low), border(&reference.high));
+    (high > low).then_some((low, high))
 }

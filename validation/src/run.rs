@@ -1,6 +1,6 @@
 //! Runs every variant of a study in this process and takes its measures.
 
-use crate::measure;
+use crate::measure::{self, Tables};
 use crate::order::{Convergence, convergence};
 use crate::study::{Measure, Series, Study};
 use coupler::run::{CASE, Solvers};
@@ -63,8 +63,17 @@ pub struct Variant {
     pub seconds: f64,
     /// Its probes.
     pub probes: Columns,
+    /// Its probes over intervals.
+    pub intervals: Columns,
     /// Why it did not complete, if it did not.
     pub failure: Option<String>,
+}
+
+impl Variant {
+    /// The table that has a column of its probes, over intervals or not.
+    pub fn table_of(&self, column: &str) -> Option<&Columns> {
+        [&self.probes, &self.intervals].into_iter().find(|table| table.get(column).is_some())
+    }
 }
 
 /// A measure over the variants of a series.
@@ -212,6 +221,9 @@ fn case_of(
     let spacing = study.length / f64::from(resolution);
     let mut overrides = series.set.clone();
     overrides.push(format!("case.particle_spacing={spacing:?}"));
+    if let Some(length) = study.structure_length {
+        overrides.push(format!("structure.particle_spacing={:?}", length / f64::from(resolution)));
+    }
     Case::load(folder, &overrides, sections)
         .map_err(|errors| Error::Case { series: series.name.clone(), errors })
 }
@@ -247,11 +259,12 @@ fn run_variant(
         if path.exists() { table::read(&path) } else { Ok(Columns::default()) }
     };
     let (probes, windows) = (read(coupler::records::PROBES)?, read(coupler::records::WINDOWS)?);
+    let intervals = read(coupler::records::INTERVALS)?;
     if out.join(CASE).exists() {
         output::write_report(&out, &output::report::Shown::default())?;
     }
     let seconds = summary.roles.values().map(|role| role.compute_seconds).sum();
-    Ok((Variant { resolution, folder: below, seconds, probes, failure }, windows))
+    Ok((Variant { resolution, folder: below, seconds, probes, intervals, failure }, windows))
 }
 
 fn measured(
@@ -263,9 +276,10 @@ fn measured(
     let references = series.case.as_ref().map_or(&[][..], |case| &case.references);
     let mut values = Vec::new();
     for (variant, windows) in series.variants.iter().zip(windows) {
+        let tables = Tables { probes: &variant.probes, intervals: &variant.intervals, windows };
         let found = match variant.failure {
             Some(_) => f64::NAN,
-            None => measure::take(measure, &variant.probes, windows, references)?,
+            None => measure::take(measure, tables, references)?,
         };
         let scale = if measure.reference == 0.0 { 1.0 } else { measure.reference };
         values.push(Value {

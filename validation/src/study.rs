@@ -10,15 +10,34 @@ pub const FILE: &str = "validation.toml";
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Study {
-    /// The suite that the case belongs to: `structure`, `fluid`.
+    /// The suite that the case belongs to: `structure`, `fluid`, `fsi`.
     pub suite: String,
     /// Length (m) that a resolution divides: `Δx = length / resolution`.
     pub length: f64,
+    /// Length (m) that a resolution divides for the structure where its spacing is one of its own:
+    /// `structure.particle_spacing = structure_length / resolution`.
+    #[serde(default)]
+    pub structure_length: Option<f64>,
     /// The case with overrides, at several resolutions each.
     pub series: Vec<Series>,
     /// What is measured of each run.
     #[serde(rename = "measure")]
     pub measures: Vec<Measure>,
+    /// Figures in which several series stand beside each other.
+    #[serde(default, rename = "figure")]
+    pub figures: Vec<Figure>,
+}
+
+/// A column of several series in one figure, each at its finest resolution.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Figure {
+    /// Heading.
+    pub title: String,
+    /// Column of `probes.csv` or `probes_intervals.csv`.
+    pub column: String,
+    /// Names of the series, in the order of the legend.
+    pub series: Vec<String>,
 }
 
 /// One variant of the case at several resolutions.
@@ -52,7 +71,7 @@ pub struct Measure {
     /// Names of the series that it is taken of; all without any.
     #[serde(default)]
     pub series: Vec<String>,
-    /// Column of `probes.csv` or of `windows.csv`; none for the energy's drift and rise.
+    /// Column of `probes.csv`, `probes_intervals.csv` or `windows.csv`; none for the energy's drift and rise.
     #[serde(default)]
     pub column: String,
     /// How the number is made of the column.
@@ -66,6 +85,9 @@ pub struct Measure {
     /// End of the part of the run that is looked at (s).
     #[serde(default = "forever")]
     pub until: f64,
+    /// The value that `first-over` waits for, in the column's unit.
+    #[serde(default)]
+    pub level: f64,
     /// Factor of the number, as where a paper gives it without unit.
     #[serde(default = "one")]
     pub scale: f64,
@@ -90,6 +112,12 @@ pub enum Kind {
     Max,
     /// Its least value, likewise.
     Min,
+    /// When it has its largest value (s), likewise.
+    TimeOfMax,
+    /// When it has its least value (s), likewise.
+    TimeOfMin,
+    /// When it first is over `level` (s), linear between rows.
+    FirstOver,
     /// Its mean over time.
     MeanOver,
     /// Its last value.
@@ -102,6 +130,11 @@ pub enum Kind {
     Frequency,
     /// Half its range.
     Amplitude,
+    /// Mean of the sinusoid about a mean that fits it best, by least squares: of a ringing that lasts a few
+    /// periods, not whole ones.
+    RingingMean,
+    /// Frequency (Hz) of that sinusoid.
+    RingingFrequency,
     /// Largest departure of the mechanical energy from that of the first window, over the energy that the
     /// motion has (the greatest kinetic energy, or what gravity's or strain's went through); of
     /// `windows.csv`.
@@ -212,8 +245,18 @@ impl Study {
                 ));
             }
         }
+        for figure in &study.figures {
+            if let Some(name) =
+                figure.series.iter().find(|name| !study.series.iter().any(|s| s.name == **name))
+            {
+                return Err(format!("figure `{}`: there is no series `{name}`", figure.title));
+            }
+        }
         let resolutions = || study.series.iter().flat_map(|s| s.resolutions.iter().chain(&s.coarse));
-        if study.length <= 0.0 || resolutions().any(|&n| n == 0) {
+        if study.length <= 0.0
+            || study.structure_length.is_some_and(|l| l <= 0.0)
+            || resolutions().any(|&n| n == 0)
+        {
             return Err("length and resolutions must be over zero".to_owned());
         }
         Ok(study)
@@ -305,5 +348,8 @@ mod tests {
         assert!(wrong("column = \"tip.uy\"", "").contains("names no column"));
         assert!(wrong("kind", "series = [\"quick\"]\nkind").contains("no series `quick`"));
         assert!(wrong("[4, 10]", "[0, 10]").contains("over zero"));
+        assert!(wrong("length = 0.02", "length = 0.02\nstructure_length = 0.0").contains("over zero"));
+        let figure = "paper = [[10, 1.1]]\n[[figure]]\ntitle = 'both'\ncolumn = 'tip.uy'\nseries = ['soft']";
+        assert!(wrong("paper = [[10, 1.1]]", figure).contains("figure `both`: there is no series `soft`"));
     }
 }
