@@ -484,29 +484,3 @@ fn describe<const D: usize>(method: &str, probes: &[Watched<D>]) -> Description 
         notes: vec![],
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A solve that may not iterate fails: the error names a file, and the file is there.
-    #[test]
-    fn a_failed_solve_leaves_its_state_in_the_folder_of_the_run() {
-        let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/hydrostatic_tank");
-        let case = Case::load(&case, &[], &[SECTIONS]).expect("the case is sound");
-        let out = std::env::temp_dir().join(format!("failed-solve-{}", std::process::id()));
-        let made = isph::<2>(&case).expect("the fluid can be made");
-        let mut participant = FluidParticipant::new(made, &case, &out).expect("the folder can be written");
-        participant.fluid.options.pressure_iterations_limit = 0;
-        let size = participant.window_limit(&participant.accepted, 0.0);
-        let error = participant
-            .fluid
-            .step(&participant.accepted, 0.0, size, &InterfaceInput::NONE, &mut participant.trial)
-            .expect_err("no iteration is allowed");
-        let message = participant.explain(&error, 0.0).to_string();
-        let file = out.join("failed_solve").join("failed_solve_000000.vtu");
-        assert!(message.contains(&file.display().to_string()), "{message}");
-        assert!(std::fs::read(&file).is_ok_and(|bytes| bytes.len() > 1000), "{}", file.display());
-        std::fs::remove_dir_all(&out).expect("the folder is this test's own");
-    }
-}

@@ -173,3 +173,16 @@ fn every_column_is_in_the_docs_and_a_report_on_damaged_data_says_so() {
     assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
     assert!(ended.errors.contains("warning: ") && ended.errors.contains("`broken`"), "{}", ended.errors);
 }
+
+/// A solve that may not iterate fails: the error names a file, and the file is there.
+#[test]
+fn a_failed_solve_leaves_its_state_in_the_folder_of_the_run() {
+    let bench = Bench::new();
+    let few = ["--set", "fluid.numerics.pressure_iterations_limit=1", "--end-time", "0.01", "--no-report"];
+    let words = [&["cases/hydrostatic_tank"], &few[..]].concat();
+    let ended = bench.start_run("out", &words).wait();
+    assert_ne!(ended.status.code(), Some(0), "{}", ended.text);
+    let file = bench.path("out").join("failed_solve").join("failed_solve_000000.vtu");
+    assert!(ended.errors.contains("failed_solve_000000.vtu"), "{}", ended.errors);
+    assert!(fs::read(&file).is_ok_and(|bytes| bytes.len() > 1000), "{}", file.display());
+}

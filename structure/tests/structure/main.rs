@@ -5,5 +5,7 @@ mod clamps;
 mod contact;
 mod motion;
 mod operators;
+mod probes;
+mod stability;
 mod statics;
 mod stretch;
