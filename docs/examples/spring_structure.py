@@ -158,7 +158,7 @@ def description(points):
     def port(name, unit, components, direction, exchange):
         return {"name": name, "quantity": name.replace("_", "-"), "unit": unit, "components": components, "points": points,
                 "direction": direction, "exchange": exchange, "required": True}
-    return {"role": "structure", "solver": "springs in Python", "dimension": 2,
+    return {"role": "structure", "solver": "springs in Python", "dimension": 2, "saves": True,
             "ports": [port("position", "m", 2, "out", "every-window"),
                       port("velocity", "m/s", 2, "out", "every-window"),
                       port("reference_volume", "m3", 1, "out", "constant"),

@@ -1,7 +1,7 @@
 //! What is other in a case than in an earlier one of the same run.
 
 use super::keys::Case;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use toml::{Table, Value};
 
@@ -20,6 +20,26 @@ const FREE: [&str; 11] = [
     "reference",
 ];
 
+/// Keys, and sections, that decide what a state consists of.
+const OF_STATE: [&str; 16] = [
+    "case.dimension",
+    "case.particle_spacing",
+    "coupling.acceleration.method",
+    "coupling.extrapolation",
+    "coupling.fluid_mapping",
+    "coupling.mapping",
+    "coupling.scheme",
+    "coupling.steady_state",
+    "fluid.domain",
+    "fluid.particle_spacing",
+    "fluid.region",
+    "motion",
+    "probe",
+    "structure.body",
+    "structure.clamp",
+    "structure.particle_spacing",
+];
+
 /// A key that has another value than before.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
@@ -34,8 +54,16 @@ pub struct Change {
 impl Change {
     /// Whether no result depends on it.
     pub fn is_free(&self) -> bool {
-        let is_below = |free: &&str| self.key.strip_prefix(*free).is_some_and(|rest| !rest.starts_with('_'));
-        FREE.iter().any(|free| is_below(&free))
+        FREE.iter().any(|free| self.is_below(free))
+    }
+
+    /// Whether a state from before is none of the case now.
+    pub fn is_of_state(&self) -> bool {
+        OF_STATE.iter().any(|key| self.is_below(key))
+    }
+
+    fn is_below(&self, key: &str) -> bool {
+        self.key.strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
     }
 }
 
@@ -57,7 +85,7 @@ impl Case {
         let (mut before, mut after) = (BTreeMap::new(), BTreeMap::new());
         flatten("", &Value::Table(earlier), &mut before);
         flatten("", &Value::Table(now), &mut after);
-        let keys: std::collections::BTreeSet<&String> = before.keys().chain(after.keys()).collect();
+        let keys: BTreeSet<&String> = before.keys().chain(after.keys()).collect();
         let changed = keys.into_iter().filter(|key| before.get(*key) != after.get(*key));
         let change = |key: &String| Change {
             key: key.clone(),
