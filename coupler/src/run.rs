@@ -46,7 +46,7 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
     // Held until the end: a second run into the same folder is refused.
     let folder = callable(case, options).and_then(|()| prepare(case, options));
     let Outcome { result, ending, known } = match &folder {
-        Ok(_) => couple(case, options, solvers),
+        Ok(folder) => couple(case, options, solvers, folder.try_clone().ok()),
         Err(_) => Outcome::default(),
     };
     let mut summary = Summary {
@@ -129,13 +129,13 @@ impl From<RunError> for Outcome {
 }
 
 /// From participants to records.
-fn couple(case: &Case, options: &Options, solvers: &Solvers) -> Outcome {
+fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File>) -> Outcome {
     let trace = options.trace.then(|| Trace::create(&options.out.join(TRACE))).transpose();
     let timing = match trace {
         Ok(trace) => Timing::new(trace),
         Err(error) => return RunError::from(error).into(),
     };
-    let mut participants = Participants::new(timing.clone(), &options.stop);
+    let mut participants = Participants::new(timing.clone(), &options.stop, folder);
     let announce = timing.announce();
     // Whatever comes of it, those that were started are ended, and nothing is left in shared memory.
     let mut outcome = caught(|| {

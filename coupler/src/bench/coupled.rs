@@ -109,7 +109,7 @@ fn measure_in(
     let solvers = Solvers { in_process: &none, executable: &options.executable };
     launch::forget_peak_memory();
     let folder = run::folder::prepare(out, &case)?;
-    let mut participants = Participants::new(Timing::new(None), &options.stop);
+    let mut participants = Participants::new(Timing::new(None), &options.stop, None);
     let mut times = Vec::with_capacity(windows as usize);
     let started = participants.start(&case, &run_options, &solvers);
     let result = started.and_then(|()| timed(&case, &run_options, &mut participants, windows, &mut times));

@@ -7,6 +7,7 @@
 use super::{LOOK, LaunchError};
 use interfaces::{Address, Role, remove_stale};
 use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
+use std::fs::File;
 use std::io::{self, BufRead, Write as _};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
@@ -26,18 +27,21 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// Starts it: the command `guard` of `executable`, for the domain of `address`.
+    /// Starts it: the command `guard` of `executable`, for the domain of `address`. It holds the lock of
+    /// `folder` together with the coupler: nobody else writes there before those who are left have ended.
     ///
     /// # Errors
     /// If the process cannot be started.
-    pub fn start(executable: &Path, address: &Address) -> Result<Self, LaunchError> {
+    pub fn start(executable: &Path, address: &Address, folder: Option<&File>) -> Result<Self, LaunchError> {
         let command = format!("{} guard", executable.display());
         let failed = |source| LaunchError { role: address.role, command: command.clone(), source };
+        // A lock is there as long as any process has the folder open that was locked.
+        let held = folder.map(File::try_clone).transpose().map_err(failed)?;
         let mut process = Command::new(executable)
             .args(["guard", &address.connect()])
             .env(interfaces::transport::FOLDER, address.root())
             .stdin(Stdio::piped())
-            .stdout(Stdio::null())
+            .stdout(held.map_or_else(Stdio::null, Stdio::from))
             .stderr(Stdio::null())
             .process_group(0)
             .spawn()

@@ -8,6 +8,7 @@ use output::files;
 use std::fs::{File, TryLockError};
 use std::io::Write as _;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 /// File of the case as resolved, in the folder of the outputs.
 pub const CASE: &str = "case.toml";
@@ -19,6 +20,11 @@ const UNPACKED: [&str; 2] = ["fluid_fmu", "structure_fmu"];
 const ROOM: &str = ".room";
 /// More than a summary takes.
 const ROOM_BYTES: usize = 64 << 10;
+/// How long the participants of a killed run, which may still write, have to end: longer than its guard gives
+/// them.
+const LEAVING: Duration = Duration::from_secs(3);
+/// Between two looks whether they have.
+const LOOK: Duration = Duration::from_millis(5);
 /// File of the summary.
 pub const SUMMARY: &str = "summary.json";
 
@@ -101,14 +107,20 @@ pub(crate) fn branch(out: &Path, found: &Found) -> Result<(), RunError> {
     Ok(())
 }
 
-/// The folder, locked while it is open.
+/// The folder, locked while it is open. What a killed run left there still to end is waited for.
 fn locked(out: &Path) -> Result<File, RunError> {
     let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
     let opened = File::open(out).map_err(|e| folder(e.to_string()))?;
-    match opened.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(folder("another run writes to it".to_owned())),
-        // Some file systems know no locks; the run does not depend on them.
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(opened),
+    let deadline = Instant::now() + LEAVING;
+    loop {
+        match opened.try_lock() {
+            // Some file systems know no locks; the run does not depend on them.
+            Ok(()) | Err(TryLockError::Error(_)) => return Ok(opened),
+            Err(TryLockError::WouldBlock) if Instant::now() >= deadline => {
+                return Err(folder("another run writes to it".to_owned()));
+            }
+            Err(TryLockError::WouldBlock) => std::thread::sleep(LOOK),
+        }
     }
 }
 

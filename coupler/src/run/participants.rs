@@ -21,6 +21,7 @@ use interfaces::{
 };
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::Path;
 use std::rc::Rc;
 use std::sync::Arc;
@@ -57,18 +58,21 @@ pub struct Participants {
     /// An address of the run, where it has any.
     address: Option<Address>,
     guard: Option<Guard>,
+    /// The folder of the outputs, locked.
+    folder: Option<File>,
     interruption: Rc<Interruption>,
 }
 
 impl Participants {
-    /// None yet, of a run that is told to stop by that flag.
-    pub fn new(timing: Timing, stop: &Arc<AtomicBool>) -> Self {
+    /// None yet, of a run that is told to stop by that flag, and whose locked folder this is.
+    pub fn new(timing: Timing, stop: &Arc<AtomicBool>, folder: Option<File>) -> Self {
         Self {
             timing,
             sides: ByRole::new(),
             children: ByRole::new(),
             address: None,
             guard: None,
+            folder,
             interruption: Rc::new(Interruption::by(stop)),
         }
     }
@@ -114,7 +118,7 @@ impl Participants {
             listening.push((role, start, address, open));
         }
         if let Some(address) = &self.address {
-            self.guard = Some(Guard::start(solvers.executable, address)?);
+            self.guard = Some(Guard::start(solvers.executable, address, self.folder.as_ref())?);
         }
         for (role, start, address, _) in &listening {
             self.launch(*role, *start, address, &case.hash(), options, solvers)?;
