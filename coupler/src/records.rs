@@ -175,7 +175,9 @@ impl Records {
         let mut records = Self {
             windows: table(WINDOWS, &columns)?,
             probes: is_there(&probe_columns).then(|| table(PROBES, &probe_columns)).transpose()?,
-            intervals: is_there(&interval_columns).then(|| table(INTERVALS, &interval_columns)).transpose()?,
+            intervals: is_there(&interval_columns)
+                .then(|| table(INTERVALS, &interval_columns))
+                .transpose()?,
             iterations: wanted.iterations.then(|| table(ITERATIONS, &of_iterations)).transpose()?,
             statistics,
             on_interface,
@@ -369,8 +371,11 @@ impl Records {
 
     /// The tables that there are, and their files.
     fn tables(&mut self) -> impl Iterator<Item = (&'static str, &mut Table)> {
-        let others =
-            [(PROBES, &mut self.probes), (INTERVALS, &mut self.intervals), (ITERATIONS, &mut self.iterations)];
+        let others = [
+            (PROBES, &mut self.probes),
+            (INTERVALS, &mut self.intervals),
+            (ITERATIONS, &mut self.iterations),
+        ];
         let others = others.into_iter().filter_map(|(name, table)| Some((name, table.as_mut()?)));
         [(WINDOWS, &mut self.windows)].into_iter().chain(others)
     }

@@ -8,8 +8,8 @@ pub mod options;
 pub(crate) mod participants;
 pub mod recorded;
 
-pub use found::Found;
 pub use folder::{CASE, SUMMARY};
+pub use found::Found;
 pub use options::{Options, RunError};
 pub use participants::{Build, Solvers, participant_deadlines, threads};
 pub use recorded::{Recorded, Wanted};

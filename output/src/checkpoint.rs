@@ -282,7 +282,10 @@ mod tests {
         write(&path);
         let mut read = Checkpoint::open(&path).unwrap();
         assert_eq!(read.part("fluid").unwrap(), [7; 1000]);
-        assert_eq!((read.part("header").unwrap().as_slice(), read.part("empty").unwrap().len()), (&b"{}"[..], 0));
+        assert_eq!(
+            (read.part("header").unwrap().as_slice(), read.part("empty").unwrap().len()),
+            (&b"{}"[..], 0)
+        );
         assert!(read.part("structure").unwrap_err().to_string().contains("no part `structure`"));
         drop(Writing::begin(&dir.path().join("b.checkpoint")).unwrap());
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1, "one given up leaves nothing");

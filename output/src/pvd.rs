@@ -39,7 +39,8 @@ impl Series {
     pub fn create(dir: &Path, name: &str) -> Result<Self> {
         let folder = dir.join(name);
         files::folder(&folder).map_err(write_error(&folder))?;
-        let series = Self { dir: dir.to_owned(), name: name.to_owned(), entries: Vec::new(), times: Vec::new() };
+        let series =
+            Self { dir: dir.to_owned(), name: name.to_owned(), entries: Vec::new(), times: Vec::new() };
         series.write_collection()?;
         Ok(series)
     }
@@ -69,7 +70,8 @@ impl Series {
     /// # Errors
     /// [`crate::Error::Write`] if the collection cannot be written.
     pub fn go_on(&mut self, times: Vec<f64>) -> Result<()> {
-        let all = times.iter().enumerate().map(|(number, &time)| SeriesEntry { time, file: self.file(number) });
+        let all =
+            times.iter().enumerate().map(|(number, &time)| SeriesEntry { time, file: self.file(number) });
         self.entries = all.filter(|entry| self.dir.join(&entry.file).exists()).collect();
         self.times = times;
         self.write_collection()

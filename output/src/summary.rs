@@ -92,7 +92,8 @@ impl Seam {
     /// In one line of words.
     pub fn words(&self) -> String {
         let Self { windows, simulated_seconds, branch_of, changes, .. } = self;
-        let how = branch_of.as_ref().map_or("resumed".to_owned(), |of| format!("a branch of the run in {of}"));
+        let how =
+            branch_of.as_ref().map_or("resumed".to_owned(), |of| format!("a branch of the run in {of}"));
         let changed = match changes.is_empty() {
             true => String::new(),
             false => format!(", with {}", changes.join(", ")),

@@ -56,7 +56,10 @@ pub fn from(arguments: &Run, case: &Case) -> Result<Option<Found>, ExitCode> {
             ),
             false => (
                 "a run that goes on cannot change what its results depend on",
-                format!("leave these keys as they were, or start another run with --branch {} --out DIR", dir.display()),
+                format!(
+                    "leave these keys as they were, or start another run with --branch {} --out DIR",
+                    dir.display()
+                ),
             ),
         };
         tell(format_args!("error: {what}:\n{}\n{remedy}", refused.join("\n")));

@@ -46,7 +46,8 @@ const SCHEMES: [(&str, &[&str]); 6] = [
     ("parallel-ils", &["coupling.scheme=parallel-implicit"]),
 ];
 
-/// A bench with a case of mocks, or of these participants: 100 windows, a checkpoint after every third.
+/// A bench with a case of mocks, or of these participants: 50 windows, of which every third has a checkpoint
+/// where a test kills.
 struct Case {
     bench: Bench,
     file: String,
@@ -55,7 +56,7 @@ struct Case {
 impl Case {
     fn of(fluid: &str, structure: &str) -> Self {
         let bench = Bench::new();
-        let text = case_text(fluid, structure, 0.1, "[coupling]\nmax_window = 1e-3\nsub_steps = 4");
+        let text = case_text(fluid, structure, 0.05, "[coupling]\nmax_window = 1e-3\nsub_steps = 4");
         let file = bench.path("case.toml");
         fs::write(&file, text).expect("a case");
         Self { file: file.display().to_string(), bench }
@@ -91,7 +92,13 @@ impl Case {
 
     /// A run that is killed so often, each time within so many milliseconds after it has written a checkpoint,
     /// and goes on; in the end it is not disturbed.
-    fn killed(&self, out: &str, settings: &[&str], (kills, within): (u64, u64), random: &mut Random) -> Outputs {
+    fn killed(
+        &self,
+        out: &str,
+        settings: &[&str],
+        (kills, within): (u64, u64),
+        random: &mut Random,
+    ) -> Outputs {
         let dir = self.bench.path(out).display().to_string();
         let first = ["run", &self.file, "--out", &dir, "--set", "checkpoints.every=0.003"];
         for kill in 0..kills {
@@ -138,7 +145,10 @@ fn result(outputs: &Outputs) -> Vec<(String, Vec<u8>)> {
         found.push((format!("{name}.pvd"), collection));
         for entry in output::pvd::read(&outputs.0.join(format!("{name}.pvd"))).expect("a series") {
             let file = outputs.0.join(&entry.file);
-            found.push((file.file_name().unwrap().display().to_string(), fs::read(&file).expect("a snapshot")));
+            found.push((
+                file.file_name().unwrap().display().to_string(),
+                fs::read(&file).expect("a snapshot"),
+            ));
         }
     }
     found
@@ -247,8 +257,8 @@ fn what_a_run_that_goes_on_may_not_change_is_told_at_once() {
 #[test]
 fn a_damaged_checkpoint_is_named_and_the_one_before_it_taken() {
     let case = Case::of_mocks();
-    let words = [case.file.as_str(), "--checkpoint-every", "0.004", "--end-time", "0.01"];
-    let whole = case.whole("whole", &["--end-time", "0.02"]);
+    let words = [case.file.as_str(), "--checkpoint-every", "0.004", "--end-time", "0.02"];
+    let whole = case.whole("whole", &["--end-time", "0.03"]);
     type Damage = fn(&mut Vec<u8>);
     let damages: [(&str, Damage); 5] = [
         ("are left", |bytes| bytes.truncate(bytes.len() / 2)),
@@ -267,7 +277,7 @@ fn a_damaged_checkpoint_is_named_and_the_one_before_it_taken() {
         let mut bytes = fs::read(&newest).expect("a checkpoint");
         damage(&mut bytes);
         fs::write(&newest, bytes).expect("a damaged one");
-        let ended = case.resume(&out, &["--end-time", "0.02"]);
+        let ended = case.resume(&out, &["--end-time", "0.03"]);
         assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
         for told in [told, &newest.display().to_string(), "the checkpoint before it is taken"] {
             assert!(ended.errors.contains(told), "`{told}` is not in: {}", ended.errors);
@@ -277,16 +287,16 @@ fn a_damaged_checkpoint_is_named_and_the_one_before_it_taken() {
     case.completed("short", &words);
     let table = case.bench.path("short").join("windows.csv");
     let text = fs::read_to_string(&table).expect("a table");
-    let kept = text.lines().take(9).map(|line| line.to_owned() + "\n").collect::<String>();
+    let kept = text.lines().take(19).map(|line| line.to_owned() + "\n").collect::<String>();
     fs::write(&table, kept).expect("a shorter table");
-    let ended = case.resume("short", &["--end-time", "0.02"]);
+    let ended = case.resume("short", &["--end-time", "0.03"]);
     assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
     assert!(ended.errors.contains("windows.csv has no row that ends at byte"), "{}", ended.errors);
     assert_equal(&case.bench.outputs("short"), &whole);
     for path in case.checkpoints("short") {
         fs::write(path, "nothing").expect("a damaged one");
     }
-    let ended = case.resume("short", &["--end-time", "0.03"]);
+    let ended = case.resume("short", &["--end-time", "0.04"]);
     assert_eq!(ended.status.code(), Some(1));
     assert!(ended.errors.contains("failed to find a checkpoint in"), "{}", ended.errors);
 }
@@ -301,9 +311,11 @@ fn signals_leave_a_checkpoint() {
     let mut words = vec!["run", &case.file, "--out", &dir, "--no-report", "--quiet"];
     for (name, signal) in [("first", Signal::TERM), ("second", Signal::INT)] {
         let run = case.bench.start(name, &words);
-        let participants = [interfaces::Role::Fluid, interfaces::Role::Structure].map(|role| run.participant(role));
-        let rows = || output::table::read(&case.bench.path("out").join("windows.csv")).map_or(0, |t| t.rows());
-        until("windows", || (rows() > 16).then_some(()));
+        let participants =
+            [interfaces::Role::Fluid, interfaces::Role::Structure].map(|role| run.participant(role));
+        let rows =
+            || output::table::read(&case.bench.path("out").join("windows.csv")).map_or(0, |t| t.rows());
+        until("windows", || (rows() >= 16).then_some(()));
         let before = case.checkpoints("out");
         run.signal(Signal::USR1);
         until("a checkpoint", || (case.checkpoints("out") != before).then_some(()));
@@ -334,10 +346,9 @@ fn who_cannot_be_saved_is_named_and_the_run_goes_on() {
     let structure = spring.participant(&unit, "stiffness = 400");
     let case = Case::of(&mock(FLUID, "0"), &structure);
     let settings = set(&["coupling.scheme=parallel-explicit", "coupling.relaxation=0.1"]);
-    let words = [&["run", &case.file, "--out"], &[][..]].concat();
     let dir = case.bench.path("out").display().to_string();
-    let asked = ["--checkpoint-every", "0.01", "--no-report", "--quiet"];
-    let ended = case.bench.call(&[&words[..], &[&dir], &settings, &asked].concat());
+    let words = ["run", &case.file, "--out", &dir, "--checkpoint-every", "0.01", "--no-report", "--quiet"];
+    let ended = case.bench.call(&[&words[..], &settings].concat());
     assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
     assert!(ended.errors.contains("there will be no checkpoints: the structure, "), "{}", ended.errors);
     assert!(case.bench.outputs("out").summary().notes.iter().any(|note| note.contains("cannot be saved")));
@@ -364,8 +375,10 @@ fn a_hundred_kills() {
     variants.push(("unit", &units, set(&["coupling.scheme=serial-implicit"])));
     variants.push(("gate", &gate, set(&of_gate)));
     let (mut random, mut done) = (Random(3), 0);
-    let wholes: Vec<_> =
-        variants.iter().map(|(name, case, settings)| case.whole(&format!("{name}-whole"), settings)).collect();
+    let wholes: Vec<_> = variants
+        .iter()
+        .map(|(name, case, settings)| case.whole(&format!("{name}-whole"), settings))
+        .collect();
     while done < kills {
         for ((name, case, settings), whole) in variants.iter().zip(&wholes) {
             let out = format!("{name}-{done}");

@@ -65,7 +65,8 @@ pub fn open(path: &Path) -> Result<Found, RunError> {
     let refuse = |what: String| RunError::Checkpoint { path: path.to_owned(), what };
     let mut file = Checkpoint::open(path)?;
     let header = serde_json::from_slice(&file.part(HEADER)?);
-    let header = header.map_err(|error| refuse(format!("what it tells of the run cannot be read: {error}")))?;
+    let header =
+        header.map_err(|error| refuse(format!("what it tells of the run cannot be read: {error}")))?;
     Ok(Found { path: path.to_owned(), header })
 }
 
@@ -93,7 +94,8 @@ fn name(windows: u64) -> String {
 pub(super) fn all(folder: &Path) -> Vec<(u64, PathBuf)> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let windows = |path: &Path| path.file_stem()?.to_str()?.parse().ok();
-    let paths = entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|e| e == ENDING));
+    let paths =
+        entries.map(|entry| entry.path()).filter(|path| path.extension().is_some_and(|e| e == ENDING));
     let mut found: Vec<(u64, PathBuf)> = paths.filter_map(|path| Some((windows(&path)?, path))).collect();
     found.sort();
     found

@@ -54,9 +54,14 @@ impl<'a> Checkpoints<'a> {
         started: Instant,
     ) -> Self {
         let from = options.from.as_ref();
-        let cannot = recorded.run.solver.sides().as_ref().iter().find(|side| !side.describe().saves).map(|side| {
-            format!("the {}, {}, cannot be saved", side.role(), side.describe().solver)
-        });
+        let cannot = recorded
+            .run
+            .solver
+            .sides()
+            .as_ref()
+            .iter()
+            .find(|side| !side.describe().saves)
+            .map(|side| format!("the {}, {}, cannot be saved", side.role(), side.describe().solver));
         let mut checkpoints = Self {
             choice: &case.checkpoints,
             options,
@@ -109,7 +114,8 @@ impl<'a> Checkpoints<'a> {
     ) -> Result<Onward, RunError> {
         let (time, is_over) = (recorded.run.schedule.time(), recorded.run.schedule.finished());
         let is_stopped = self.options.stop.load(Ordering::Relaxed);
-        let at_end = is_over && (self.choice.every.is_some() || self.written.count > 0 || self.options.from.is_some());
+        let at_end =
+            is_over && (self.choice.every.is_some() || self.written.count > 0 || self.options.from.is_some());
         let wanted = self.options.checkpoints.is_some() && (at_end || is_stopped && self.choice.at_stop);
         if (wanted || self.are_due(time)) && recorded.run.schedule.windows() > 0 {
             self.write(recorded)?;
@@ -131,9 +137,10 @@ impl<'a> Checkpoints<'a> {
         }
         // Rows first: a checkpoint names no row that is not on the disk.
         let synced = recorded.sync();
-        let tables = synced.map_err(|error| SchemeError::Record { window: windows, what: error.to_string() })?;
-        let wall_seconds =
-            self.options.from.as_ref().map_or(0.0, Found::wall_seconds) + self.started.elapsed().as_secs_f64();
+        let tables =
+            synced.map_err(|error| SchemeError::Record { window: windows, what: error.to_string() })?;
+        let wall_seconds = self.options.from.as_ref().map_or(0.0, Found::wall_seconds)
+            + self.started.elapsed().as_secs_f64();
         let header = Header { time, windows, tables, wall_seconds, ..self.header.clone() };
         let written = files::folder(&self.folder)
             .map_err(|error| output::Error::Write { path: self.folder.clone(), source: error }.into())
@@ -144,7 +151,9 @@ impl<'a> Checkpoints<'a> {
                 self.written.bytes += bytes;
                 self.keep_newest(windows);
             }
-            Err(RunError::Output(error)) => self.tell(format!("no checkpoint was written at t = {time} s: {error}")),
+            Err(RunError::Output(error)) => {
+                self.tell(format!("no checkpoint was written at t = {time} s: {error}"));
+            }
             Err(error) => return Err(error),
         }
         self.after(time);

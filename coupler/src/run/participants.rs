@@ -111,8 +111,7 @@ impl Participants {
             remove_stale(&address).map_err(failed)?;
             let expectations = Expectations { case_hash: case.hash(), dimension: case.general.dimension };
             let waits = deadlines(case, start == Start::ByHand);
-            let open =
-                RemoteParticipant::listen(&address, expectations, waits, &self.interruption.waits_end);
+            let open = RemoteParticipant::listen(&address, expectations, waits, &self.interruption.waits_end);
             let open = open.map_err(failed)?;
             self.address = Some(address.clone());
             listening.push((role, start, address, open));

@@ -3,8 +3,8 @@
 use super::options::RunError;
 use crate::phase::Announce;
 use crate::phase::Phase;
-pub use crate::records::Wanted;
 pub use crate::records::Lengths;
+pub use crate::records::Wanted;
 use crate::records::{Records, Sums};
 use crate::schemes::{Accepted, Onward, Run, SchemeError, Solver};
 use std::path::Path;

@@ -102,7 +102,9 @@ fn flatten(path: &str, value: &Value, flat: &mut BTreeMap<String, String>) {
     match value {
         Value::Table(table) => table.iter().for_each(|(key, value)| flatten(&below(key), value, flat)),
         Value::Array(list) if list.iter().any(Value::is_table) => {
-            list.iter().enumerate().for_each(|(index, value)| flatten(&below(&index.to_string()), value, flat));
+            list.iter()
+                .enumerate()
+                .for_each(|(index, value)| flatten(&below(&index.to_string()), value, flat));
         }
         _ => {
             flat.insert(path.to_owned(), value.to_string());
