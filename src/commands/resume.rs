@@ -66,11 +66,7 @@ pub fn from(arguments: &Run, case: &Case) -> Result<Option<Found>, ExitCode> {
         return Err(ExitCode::from(WRONG));
     }
     if let Some(reached) = reached(&dir, &found, case, is_branch) {
-        let end = case.general.end_time;
-        say(format_args!(
-            "nothing to do: the run in {} has reached t = {reached} s, and case.end_time is {end} s; give a later one with --end-time",
-            dir.display()
-        ));
+        say(format_args!("nothing to do: the run in {} {reached}", dir.display()));
         return Err(ExitCode::SUCCESS);
     }
     let seam = Seam {
@@ -85,11 +81,24 @@ pub fn from(arguments: &Run, case: &Case) -> Result<Option<Found>, ExitCode> {
     Ok(Some(found))
 }
 
-/// The time (s) that the run has reached, if the case ends there or before.
-fn reached(dir: &Path, found: &Found, case: &Case, is_branch: bool) -> Option<f64> {
-    let end = case.general.end_time;
+/// What the run has reached, if nothing is left of the case to do. One that was killed at its very end has no
+/// summary, and makes it.
+fn reached(dir: &Path, found: &Found, case: &Case, is_branch: bool) -> Option<String> {
+    let (time, end) = (found.header.time, case.general.end_time);
     let ended = Summary::read(&dir.join(coupler::run::SUMMARY)).ok();
     let ended = ended.filter(|summary| !is_branch && summary.status == Status::Completed);
-    let reached = ended.map_or(found.header.time, |summary| summary.simulated_seconds.max(found.header.time));
-    (reached >= end).then_some(reached)
+    let remedy = format!("and case.end_time is {end} s; give a later one with --end-time");
+    match ended {
+        Some(Summary { simulated_seconds, message: Some(message), .. }) => {
+            Some(format!("has ended at t = {simulated_seconds} s: {message}"))
+        }
+        Some(Summary { simulated_seconds, .. }) if simulated_seconds >= end => {
+            Some(format!("has reached t = {simulated_seconds} s, {remedy}"))
+        }
+        // Decimals of the time may be off by the last digit.
+        _ if time > end * (1.0 + 1e-12) || is_branch && time >= end => {
+            Some(format!("has reached t = {time} s, {remedy}"))
+        }
+        _ => None,
+    }
 }

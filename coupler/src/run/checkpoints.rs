@@ -114,8 +114,10 @@ impl<'a> Checkpoints<'a> {
     ) -> Result<Onward, RunError> {
         let (time, is_over) = (recorded.run.schedule.time(), recorded.run.schedule.finished());
         let is_stopped = self.options.stop.load(Ordering::Relaxed);
-        let at_end =
-            is_over && (self.choice.every.is_some() || self.written.count > 0 || self.options.from.is_some());
+        // A run that ended early does so again from the one before.
+        let is_early = recorded.run.solver.ending().is_some();
+        let writes = self.choice.every.is_some() || self.written.count > 0 || self.options.from.is_some();
+        let at_end = is_over && !is_early && writes;
         let wanted = self.options.checkpoints.is_some() && (at_end || is_stopped && self.choice.at_stop);
         if (wanted || self.are_due(time)) && recorded.run.schedule.windows() > 0 {
             self.write(recorded)?;
