@@ -11,6 +11,7 @@ use output::files;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
+use words::text::tame;
 
 /// A time is reached up to this part of the interval before: rounding of the sum of window sizes.
 const ON_TIME: f64 = 1e-9;
@@ -184,7 +185,7 @@ impl<'a> Checkpoints<'a> {
     /// Once: what is told again and again is read no more.
     fn tell(&mut self, what: String) {
         if !self.written.notes.contains(&what) {
-            eprintln!("warning: {what}");
+            eprintln!("warning: {}", tame(&what, usize::MAX));
             self.written.notes.push(what);
         }
     }
