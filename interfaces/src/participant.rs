@@ -94,7 +94,8 @@ pub struct Description {
     pub ports: Vec<Port>,
     /// What it reports.
     pub scalars: Vec<Scalar>,
-    /// Whether it can be saved, and go to a saved state. Of a run with one who cannot there are no checkpoints.
+    /// Whether it can be saved, and go to a saved state. Of a run with one who cannot there are no
+    /// checkpoints.
     #[serde(default)]
     pub saves: bool,
     /// What looks odd to it and may be meant, one line each, for the summary.

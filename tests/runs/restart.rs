@@ -92,8 +92,8 @@ impl Case {
         paths
     }
 
-    /// A run that is killed so often, each time within so many milliseconds after it has written a checkpoint,
-    /// and goes on; in the end it is not disturbed.
+    /// A run that is killed so often, each time within so many milliseconds after it has written a
+    /// checkpoint, and goes on; in the end it is not disturbed.
     fn killed(
         &self,
         out: &str,

@@ -68,7 +68,8 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
     Ok(opened)
 }
 
-/// Locks the folder of a run that is to go on, and writes the case as it is now; what is made anew is removed.
+/// Locks the folder of a run that is to go on, and writes the case as it is now; what is made anew is
+/// removed.
 pub(crate) fn go_on(out: &Path, case: &Case) -> Result<File, RunError> {
     let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
     let opened = locked(out)?;

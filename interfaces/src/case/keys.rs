@@ -1,7 +1,7 @@
 //! The keys of a case, each declared once: name, meaning, type and range of a key are those of its field,
 //! here and in [`super::fluid`], [`super::structure`], [`super::motion`], [`super::probe`],
-//! [`super::coupling`], [`super::checkpoints`] and the solvers' sections. A field whose schema is an `Option` may be left out, and
-//! `defaults` says what it is then.
+//! [`super::coupling`], [`super::checkpoints`] and the solvers' sections. A field whose schema is an `Option`
+//! may be left out, and `defaults` says what it is then.
 
 use super::checkpoints::Checkpoints;
 use super::coupling::Coupling;
