@@ -9,15 +9,24 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// The case and its overrides: of a run that goes on, the case in its folder where none is named.
-pub fn case_of(arguments: &Run) -> CaseArguments {
-    let of_run = || folder(arguments).map(|folder| folder.join(coupler::run::CASE));
+///
+/// # Errors
+/// The exit code, where there is no run in that folder.
+pub fn case_of(arguments: &Run) -> Result<CaseArguments, ExitCode> {
+    let case = match (&arguments.case, folder(arguments)) {
+        (Some(case), _) => case.clone(),
+        (None, Some(folder)) if folder.join(coupler::run::CASE).is_file() => folder.join(coupler::run::CASE),
+        (None, folder) => {
+            let folder = folder.unwrap_or_default();
+            let (folder, case) = (folder.display(), coupler::run::CASE);
+            return Err(failed(format_args!(
+                "failed to find a run in {folder}: there is no {case}; name the folder that the run wrote (its --out)"
+            )));
+        }
+    };
     let mut set = arguments.set.clone();
     set.extend(arguments.checkpoint_every.map(|every| format!("checkpoints.every={every:?}")));
-    CaseArguments {
-        case: arguments.case.clone().or_else(of_run).unwrap_or_default(),
-        set,
-        end_time: arguments.end_time,
-    }
+    Ok(CaseArguments { case, set, end_time: arguments.end_time })
 }
 
 /// The folder of the run that goes on or is branched from.
@@ -64,6 +73,9 @@ pub fn from(arguments: &Run, case: &Case) -> Result<Option<Found>, ExitCode> {
         };
         tell(format_args!("error: {what}:\n{}\n{remedy}", refused.join("\n")));
         return Err(ExitCode::from(WRONG));
+    }
+    if is_branch && arguments.out.as_ref().is_some_and(|out| found.is_of(out)) {
+        return Err(failed("a branch is a run of its own: give another folder with --out"));
     }
     if let Some(reached) = reached(&dir, &found, case, is_branch) {
         say(format_args!("nothing to do: the run in {} {reached}", dir.display()));

@@ -11,7 +11,10 @@ use std::process::ExitCode;
 
 /// Runs the case, prints a short summary and where to look.
 pub fn run(arguments: &Run) -> ExitCode {
-    let of_case = resume::case_of(arguments);
+    let of_case = match resume::case_of(arguments) {
+        Ok(of_case) => of_case,
+        Err(code) => return code,
+    };
     let case = match super::load(&of_case) {
         Ok(case) => case,
         Err(code) => return code,

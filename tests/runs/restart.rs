@@ -26,7 +26,7 @@ fn command(words: &[&str]) -> String {
     format!("{{ command = [{}] }}", words.join(", "))
 }
 
-/// A mock that takes `pause` (s) over every window.
+/// A mock that takes `pause` (s) over every solution.
 fn mock(words: &str, pause: &str) -> String {
     let fault = format!("slow:{pause}@*/start");
     let words = words.split_whitespace().chain(["--fault", &fault]);
@@ -64,8 +64,9 @@ impl Case {
         Self { file: file.display().to_string(), bench }
     }
 
-    fn of_mocks() -> Self {
-        Self::of(&mock(FLUID, "0.001"), &mock(STRUCTURE, "0.001"))
+    /// Of mocks that take `pause` (s) over every solution.
+    fn of_mocks(pause: &str) -> Self {
+        Self::of(&mock(FLUID, pause), &mock(STRUCTURE, pause))
     }
 
     /// The undisturbed run, without checkpoints.
@@ -175,11 +176,11 @@ fn set<'a>(settings: &[&'a str]) -> Vec<&'a str> {
 #[test]
 fn a_killed_run_goes_on_to_the_bit_under_every_scheme() {
     let mut random = Random(1);
-    let case = Case::of_mocks();
+    let case = Case::of_mocks("0.0005");
     for (name, settings) in SCHEMES {
         let settings = set(settings);
         let whole = case.whole(&format!("{name}-whole"), &settings);
-        let killed = case.killed(name, &settings, (1, 60), &mut random);
+        let killed = case.killed(name, &settings, (1, 40), &mut random);
         assert_equal(&killed, &whole);
         assert!(killed.summary().seams.len() <= 1, "{name}");
     }
@@ -200,7 +201,7 @@ fn a_killed_run_with_a_unit_goes_on_to_the_bit() {
 /// Both of our solvers: on from a checkpoint in processes, in this process, with other threads, and longer.
 #[test]
 fn our_solvers_go_on_to_the_bit_wherever_they_are() {
-    let case = Case::of_mocks();
+    let case = Case::of_mocks("0");
     let words = [&COARSE[..5], &["--set", "case.output_interval=2.5e-3"]].concat();
     let whole = case.completed("whole", &[&words[..], &["--end-time", "0.02"]].concat());
     let short = ["--end-time", "0.01", "--checkpoint-every", "0.004"];
@@ -223,7 +224,7 @@ fn our_solvers_go_on_to_the_bit_wherever_they_are() {
 
 #[test]
 fn what_a_run_that_goes_on_may_not_change_is_told_at_once() {
-    let case = Case::of_mocks();
+    let case = Case::of_mocks("0");
     let words = [case.file.as_str(), "--checkpoint-every", "0.004", "--end-time", "0.01"];
     case.completed("out", &words);
     let before = result(&case.bench.outputs("out"));
@@ -253,12 +254,15 @@ fn what_a_run_that_goes_on_may_not_change_is_told_at_once() {
     let ended = case.bench.call(&words);
     assert_eq!(ended.status.code(), Some(2));
     assert!(ended.errors.contains("other particles, probes or scheme"), "{}", ended.errors);
+    let ended = case.bench.call(&words[..7]);
+    assert!(ended.errors.contains("give another folder with --out"), "{}", ended.errors);
+    assert!(result(&case.bench.outputs("out")) == before, "nothing was touched");
 }
 
 /// Cut, flipped, foreign, of another version, none; and tables that do not reach so far.
 #[test]
 fn a_damaged_checkpoint_is_named_and_the_one_before_it_taken() {
-    let case = Case::of_mocks();
+    let case = Case::of_mocks("0");
     let words = [case.file.as_str(), "--checkpoint-every", "0.004", "--end-time", "0.02"];
     let whole = case.whole("whole", &["--end-time", "0.03"]);
     type Damage = fn(&mut Vec<u8>);
@@ -301,13 +305,16 @@ fn a_damaged_checkpoint_is_named_and_the_one_before_it_taken() {
     let ended = case.resume("short", &["--end-time", "0.04"]);
     assert_eq!(ended.status.code(), Some(1));
     assert!(ended.errors.contains("failed to find a checkpoint in"), "{}", ended.errors);
+    let ended = case.resume("nowhere", &[]);
+    assert_eq!(ended.status.code(), Some(1));
+    assert!(ended.errors.contains("failed to find a run in"), "{}", ended.errors);
 }
 
 /// A queue's warning leaves a checkpoint and lets the run go on; what ends it leaves one, too, also where it
 /// goes to all processes.
 #[test]
 fn signals_leave_a_checkpoint() {
-    let case = Case::of_mocks();
+    let case = Case::of_mocks("0.001");
     let whole = case.whole("whole", &[]);
     let dir = case.bench.path("out").display().to_string();
     let mut words = vec!["run", &case.file, "--out", &dir, "--no-report", "--quiet"];
@@ -367,8 +374,8 @@ fn a_hundred_kills() {
     let folder = tempfile::tempdir().expect("a folder");
     let unit = Spring::of(3).build(folder.path());
     let structure = Spring::of(3).participant(&unit, "stiffness = 400");
-    let (mocks, units) = (Case::of_mocks(), Case::of(&mock(FLUID, "0.002"), &structure));
-    let mut gate = Case::of_mocks();
+    let (mocks, units) = (Case::of_mocks("0.001"), Case::of(&mock(FLUID, "0.002"), &structure));
+    let mut gate = Case::of_mocks("0.001");
     gate.file = COARSE[0].to_owned();
     let mut of_gate = vec!["case.output_interval=2.5e-3"];
     of_gate.extend([COARSE[2], COARSE[4], COARSE[6]]);

@@ -4,9 +4,9 @@
 //! Participants see the coupler's death by themselves while they wait for it. One that computes for minutes
 //! does not, nor does a program of another make, nor what that started.
 
-use super::{LOOK, LaunchError};
+use super::{LOOK, LaunchError, watch};
 use interfaces::{Address, Role, remove_stale};
-use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
+use rustix::process::{Pid, Signal, kill_process_group};
 use std::fs::File;
 use std::io::{self, BufRead, Write as _};
 use std::os::unix::process::CommandExt;
@@ -74,7 +74,8 @@ pub fn stand(input: impl BufRead, run: &str) {
         groups.extend(line.parse().ok().and_then(Pid::from_raw));
     }
     let deadline = Instant::now() + GRACE;
-    let is_there = |group: &Pid| test_kill_process_group(*group).is_ok();
+    // What a participant that has ended left in its group has nothing to leave in order.
+    let is_there = |group: &Pid| watch(group.as_raw_nonzero().get().cast_unsigned())().is_none();
     while groups.iter().any(is_there) && Instant::now() < deadline {
         std::thread::sleep(LOOK);
     }

@@ -155,7 +155,7 @@ impl<'a> Checkpoints<'a> {
                 self.keep_newest(windows);
             }
             Err(RunError::Output(error)) => {
-                self.tell(format!("no checkpoint was written at t = {time} s: {error}"));
+                self.tell(format!("a checkpoint was not written, the run goes on: {error}"));
             }
             Err(error) => return Err(error),
         }

@@ -40,7 +40,7 @@ pub struct Found {
 
 impl Found {
     /// Whether it is of the run in the folder `out`.
-    pub(super) fn is_of(&self, out: &Path) -> bool {
+    pub fn is_of(&self, out: &Path) -> bool {
         self.run().canonicalize().is_ok_and(|of| out.canonicalize().is_ok_and(|out| out == of))
     }
 
