@@ -24,6 +24,7 @@ Examples:
   meniscus validate fsi --case walhorn_baffle           fluid and structure together, one case of them
   meniscus export-fmu cases/oscillating_plate -o plate.fmu    the structure for FMPy and other FMI tools
   meniscus run my_case.toml --set structure.participant.fmu=plate.fmu    an FMU in the place of a solver
+  meniscus run --resume out/elastic_gate                go on from the last checkpoint of a run
   meniscus mock --help                                  partners to test a solver of your own against";
 
 /// Exit codes: 0 done, 1 failed, 2 the case or the arguments are wrong, 130 interrupted.
@@ -129,13 +130,30 @@ pub struct Check {
 
 /// `meniscus run`.
 #[derive(Args)]
+#[command(after_help = RESTART)]
 pub struct Run {
-    /// The case.
-    #[command(flatten)]
-    pub case: CaseArguments,
+    /// Case file, or the folder that holds it as case.toml; that of the run that goes on, where left out
+    #[arg(required_unless_present_any = ["resume", "branch"])]
+    pub case: Option<PathBuf>,
+    /// Override a key of the case, for example --set coupling.relaxation=0.4; repeatable
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Override case.end_time (s)
+    #[arg(long, value_name = "SECONDS")]
+    pub end_time: Option<f64>,
     /// Folder of the outputs [default: out/NAME, the name of the case]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Go on with the run in this folder from its newest checkpoint, to the bit
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["out", "branch"])]
+    pub resume: Option<PathBuf>,
+    /// Start another run, into --out, from the newest checkpoint in this folder, or from this checkpoint; any
+    /// key may be another that leaves particles, probes and scheme what they are
+    #[arg(long, value_name = "DIR", requires = "out")]
+    pub branch: Option<PathBuf>,
+    /// Write a checkpoint after every so much simulated time (s): checkpoints.every
+    #[arg(long, value_name = "SECONDS")]
+    pub checkpoint_every: Option<f64>,
     /// Call the solvers in this process: the same results to the bit, no processes, no shared memory
     #[arg(long)]
     pub in_process: bool,
@@ -153,6 +171,17 @@ pub struct Run {
     #[arg(long, env = "MENISCUS_DOMAIN", value_name = "NAME", hide = true)]
     pub domain: Option<String>,
 }
+
+const RESTART: &str = "\
+Checkpoints: the state of the whole run, in OUT/checkpoints, from which it goes on to the bit. One is written
+every 10 minutes on the clock, at the times that the case or --checkpoint-every asks for, on SIGUSR1 (the run goes
+on), and on Ctrl-C or SIGTERM after the window at hand (the run ends; a second signal ends it at once). The keys
+are those of [checkpoints]; all of it is in docs/restart.md.
+
+  meniscus run case.toml --out out/a --checkpoint-every 0.01
+  meniscus run --resume out/a                       go on where it was killed, or has ended
+  meniscus run --resume out/a --end-time 2          a run that has ended, longer
+  meniscus run --branch out/a --out out/b --set structure.material.youngs_modulus=2e6";
 
 /// `meniscus export-fmu`.
 #[derive(Args)]

@@ -21,6 +21,7 @@ fn main() -> ExitCode {
         Command::ExportFmu(export) => commands::export_fmu::export_fmu(&export),
         Command::ProbeFmu { role, case } => commands::participant::probe(&case, role.into()),
         Command::Guard { run } => {
+            let _ = commands::checkpoint_flag();
             coupler::launch::guard::stand(std::io::stdin().lock(), &run);
             ExitCode::SUCCESS
         }

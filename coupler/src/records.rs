@@ -43,7 +43,12 @@ pub struct Wanted<'a> {
     /// The case, for its probes: which of them go over intervals, are low-passed, or are on a structure that
     /// does not report them. Nobody's are without one.
     pub case: Option<&'a Case>,
+    /// Whether the run goes on from a checkpoint, in the tables of an earlier run.
+    pub goes_on: bool,
 }
+
+/// Bytes of each table, by its file.
+pub type Lengths = BTreeMap<String, u64>;
 
 /// The tables of a run, being written.
 pub struct Records {
@@ -51,8 +56,6 @@ pub struct Records {
     probes: Option<Table>,
     intervals: Option<Table>,
     iterations: Option<Table>,
-    /// Rows of the table of intervals.
-    interval_rows: u64,
     statistics: Statistics,
     /// Probes and snapshots of a structure that does not give its own.
     on_interface: Option<InterfaceProbes>,
@@ -65,8 +68,6 @@ pub struct Records {
     interval: f64,
     /// Time of the last row.
     recorded: f64,
-    /// Rows of the windows' table.
-    rows: u64,
     dimension: usize,
     coupled: bool,
     impulse_given: [f64; 3],
@@ -161,26 +162,23 @@ impl Records {
         let statistics = Statistics::new(time, &probe_columns[1..], probes, dimension);
         probe_columns.extend(statistics.low_passed(&probe_columns[1..]));
         let interval_columns = statistics.over_intervals(&probe_columns[1..]);
-        let table = |name: &str, columns: &[Column]| -> output::Result<Table> {
-            output::columns::write(dir, &[(name, columns)])?;
-            Table::create(&dir.join(name), columns)
+        let table = |name: &str, columns: &[Column]| match wanted.goes_on {
+            true => Table::reopen(&dir.join(name), columns),
+            false => Table::create(&dir.join(name), columns),
         };
-        output::columns::write(dir, &[(WINDOWS, &columns), (PROBES, &probe_columns)])?;
+        let is_there = |columns: &[Column]| columns.len() > 1;
+        let of_iterations = iteration_columns();
+        let mut described = vec![(WINDOWS, &columns[..]), (PROBES, &probe_columns)];
+        described.extend(is_there(&interval_columns).then_some((INTERVALS, &interval_columns[..])));
+        described.extend(wanted.iterations.then_some((ITERATIONS, &of_iterations[..])));
+        output::columns::write(dir, &described)?;
         let mut records = Self {
-            windows: Table::create(&dir.join(WINDOWS), &columns)?,
-            probes: match probe_columns.len() {
-                1 => None,
-                _ => Some(Table::create(&dir.join(PROBES), &probe_columns)?),
-            },
-            intervals: match interval_columns.len() {
-                1 => None,
-                _ => Some(table(INTERVALS, &interval_columns)?),
-            },
-            iterations: match wanted.iterations {
-                true => Some(table(ITERATIONS, &iteration_columns())?),
-                false => None,
-            },
-            interval_rows: 0,
+            windows: table(WINDOWS, &columns)?,
+            probes: is_there(&probe_columns).then(|| table(PROBES, &probe_columns)).transpose()?,
+            intervals: is_there(&interval_columns)
+                .then(|| table(INTERVALS, &interval_columns))
+                .transpose()?,
+            iterations: wanted.iterations.then(|| table(ITERATIONS, &of_iterations)).transpose()?,
             statistics,
             on_interface,
             snapshots: match start.filter(|_| case.is_some()) {
@@ -192,7 +190,6 @@ impl Records {
             running: Running::new(&probe_columns[1..]),
             interval: wanted.interval,
             recorded: time,
-            rows: 0,
             dimension,
             coupled,
             impulse_given: [0.0; 3],
@@ -203,7 +200,9 @@ impl Records {
             seconds: vec![0.0; sides.len()],
         };
         records.read_probes(time, sides, start);
-        records.probe_row(time)?;
+        if !wanted.goes_on {
+            records.probe_row(time)?;
+        }
         Ok(records)
     }
 
@@ -259,7 +258,6 @@ impl Records {
         if let Some(iterations) = &mut self.iterations {
             iterations.cut(|_, window| last.is_some_and(|last| window <= last))?;
         }
-        self.rows = whole;
         Ok(())
     }
 
@@ -322,7 +320,6 @@ impl Records {
         if let Some(table) = &mut self.intervals {
             for row in self.statistics.ended() {
                 table.row(row)?;
-                self.interval_rows += 1;
             }
         }
         if !is_due {
@@ -338,7 +335,6 @@ impl Records {
         let written = self.windows.row(&row);
         self.row = row;
         written?;
-        self.rows += 1;
         self.probe_row(accepted.time)?;
         if accepted.output.is_some() {
             if let (Some(snapshots), Some(state)) = (&mut self.snapshots, interface) {
@@ -373,17 +369,33 @@ impl Records {
         row.push(resultant.power);
     }
 
-    /// Rows of the tables of windows, probes, iterations and intervals, where there is such a table. Probes
-    /// have one of the start.
-    pub fn rows(&self) -> [Option<u64>; 4] {
-        let probes = self.probes.is_some().then_some(self.rows + 1);
-        let iterations = self.iterations.is_some().then_some(self.solved.total);
-        [Some(self.rows), probes, iterations, self.intervals.is_some().then_some(self.interval_rows)]
+    /// The tables that there are, and their files.
+    fn tables(&mut self) -> impl Iterator<Item = (&'static str, &mut Table)> {
+        let others = [
+            (PROBES, &mut self.probes),
+            (INTERVALS, &mut self.intervals),
+            (ITERATIONS, &mut self.iterations),
+        ];
+        let others = others.into_iter().filter_map(|(name, table)| Some((name, table.as_mut()?)));
+        [(WINDOWS, &mut self.windows)].into_iter().chain(others)
     }
 
-    /// Writes the number of rows, and the sums over them that a next row adds to.
+    /// Forces all rows so far to the disk. Gives the bytes that the tables have then.
+    pub fn sync(&mut self) -> output::Result<Lengths> {
+        self.tables().map(|(name, table)| Ok((name.to_owned(), table.sync()?))).collect()
+    }
+
+    /// Cuts the tables of an earlier run to these lengths, and goes on behind them.
+    pub fn go_on(&mut self, lengths: &Lengths) -> output::Result<()> {
+        self.tables().try_for_each(|(name, table)| table.go_on(lengths.get(name).copied().unwrap_or(0)))?;
+        match &mut self.snapshots {
+            Some(snapshots) => snapshots.go_on(),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes the sums that a next row adds to, and the times of snapshots.
     pub fn save(&self, state: &mut Writer) {
-        state.u64(self.rows);
         for sums in [&self.impulse_given[..], &self.impulse_applied, &self.seconds] {
             state.f64s(sums);
         }
@@ -391,16 +403,14 @@ impl Records {
         state.f64(self.work_applied);
         state.f64(self.recorded);
         self.running.save(state);
-        state.u64(self.interval_rows);
         self.statistics.save(state);
         let IterationSums { windows, total, most, not_converged } = self.solved;
         [windows, total, most, not_converged].into_iter().for_each(|count| state.u64(count));
+        state.option(self.snapshots.as_ref(), |state, snapshots| state.f64s(snapshots.times()));
     }
 
-    /// Goes to what [`save`](Self::save) wrote of a run of the same case, whose tables then have as many
-    /// [`rows`](Self::rows) for the next one to stand behind.
+    /// Goes to what [`save`](Self::save) wrote of a run of the same case.
     pub fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), bytes::Error> {
-        self.rows = state.u64("rows")?;
         for sums in [&mut self.impulse_given[..], &mut self.impulse_applied, &mut self.seconds] {
             sums.copy_from_slice(&state.f64s("sums over the windows", Some(sums.len()))?);
         }
@@ -408,11 +418,14 @@ impl Records {
         self.work_applied = state.f64("work taken")?;
         self.recorded = state.f64("time of the last row")?;
         self.running.restore(state)?;
-        self.interval_rows = state.u64("rows of intervals")?;
         self.statistics.restore(state)?;
         let IterationSums { windows, total, most, not_converged } = &mut self.solved;
         for count in [windows, total, most, not_converged] {
             *count = state.u64("sums over the iterations")?;
+        }
+        let times = state.option("snapshots", |state| state.f64s("times of snapshots", None))?;
+        if let (Some(snapshots), Some(times)) = (&mut self.snapshots, times) {
+            snapshots.stand_at(times);
         }
         Ok(())
     }

@@ -1,22 +1,27 @@
 //! A run from case to summary: participants, coupling, records. Start at [`run`].
 
+pub mod checkpoint;
+mod checkpoints;
 pub mod folder;
+pub mod found;
 pub mod options;
 pub(crate) mod participants;
 pub mod recorded;
 
 pub use folder::{CASE, SUMMARY};
+pub use found::Found;
 pub use options::{Options, RunError};
 pub use participants::{Build, Solvers, participant_deadlines, threads};
 pub use recorded::{Recorded, Wanted};
 
-use crate::phase::Phase;
+use crate::phase::{Announce, Phase};
 use crate::progress::Progress;
 use crate::schedule::Schedule;
 use crate::schemes::{Coupled, Onward, Pair, Run, Scheme, SchemeError, Solver};
 use crate::side::Side;
 use crate::timing::Timing;
 use crate::trace::{TRACE, Trace};
+use checkpoints::{Checkpoints, Written, patience};
 use interfaces::Direction::Out;
 use interfaces::case::Case;
 use interfaces::case::participant::Start;
@@ -25,9 +30,10 @@ use interfaces::port::names;
 use interfaces::{Port, Role, Scalar, SubSteps, pairing};
 use output::summary::{RoleUse, Status, Summary};
 use participants::Participants;
+use std::fs::File;
 use std::panic::AssertUnwindSafe;
 use std::sync::atomic::Ordering;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Key of the summary's coupler: windows that were solved with all processes on one core
 /// ([`crate::placement`]).
@@ -38,9 +44,9 @@ const WINDOWS_ON_ONE_CORE: &str = "windows_on_one_core";
 pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Result<(), RunError>) {
     let started = Instant::now();
     // Held until the end: a second run into the same folder is refused.
-    let folder = callable(case, options).and_then(|()| folder::prepare(&options.out, case));
+    let folder = callable(case, options).and_then(|()| prepare(case, options));
     let Outcome { result, ending, known } = match &folder {
-        Ok(_) => couple(case, options, solvers),
+        Ok(folder) => couple(case, options, solvers, folder.try_clone().ok()),
         Err(_) => Outcome::default(),
     };
     let mut summary = Summary {
@@ -48,12 +54,13 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
         case_hash: case.hash(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         threads: threads(case),
+        seams: options.from.as_ref().map_or_else(Vec::new, |from| from.header.seams.clone()),
         ..known
     };
     if let Err(error) = folder {
         return (summary, Err(error));
     }
-    summary.wall_seconds = started.elapsed().as_secs_f64();
+    summary.wall_seconds = seconds_before(options) + started.elapsed().as_secs_f64();
     for use_of in summary.roles.values_mut() {
         use_of.share = use_of.compute_seconds / summary.wall_seconds;
     }
@@ -71,6 +78,21 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
         (Err(run), Err(summary)) => Err(RunError::NoSummary { run: Box::new(run), summary }),
     };
     (summary, result)
+}
+
+/// The folder of the outputs: made anew, that of the run that goes on, or that of a branch of it.
+fn prepare(case: &Case, options: &Options) -> Result<File, RunError> {
+    let Some(from) = &options.from else { return folder::prepare(&options.out, case) };
+    if from.is_of(&options.out) {
+        return folder::go_on(&options.out, case);
+    }
+    let folder = folder::prepare(&options.out, case)?;
+    folder::branch(&options.out, from).map(|()| folder)
+}
+
+/// Time that the run had taken (s) when the checkpoint was written that it goes on from.
+fn seconds_before(options: &Options) -> f64 {
+    options.from.as_ref().map_or(0.0, Found::wall_seconds)
 }
 
 /// What the coupler did in a run, in words, and for how long (s).
@@ -107,13 +129,13 @@ impl From<RunError> for Outcome {
 }
 
 /// From participants to records.
-fn couple(case: &Case, options: &Options, solvers: &Solvers) -> Outcome {
+fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File>) -> Outcome {
     let trace = options.trace.then(|| Trace::create(&options.out.join(TRACE))).transpose();
     let timing = match trace {
         Ok(trace) => Timing::new(trace),
         Err(error) => return RunError::from(error).into(),
     };
-    let mut participants = Participants::new(timing.clone());
+    let mut participants = Participants::new(timing.clone(), &options.stop, folder);
     let announce = timing.announce();
     // Whatever comes of it, those that were started are ended, and nothing is left in shared memory.
     let mut outcome = caught(|| {
@@ -184,7 +206,7 @@ pub(crate) fn coupled(
     }
     let run = Run { solver: Coupled::new(pair, Scheme::of(coupling)), schedule };
     let iterations = coupling.scheme.is_implicit();
-    Recorded::create(run, &options.out, &Wanted { iterations, ..wanted(case) }, announce)
+    recorded(run, options, &Wanted { iterations, ..wanted(case, options) }, announce)
 }
 
 /// The one side of a case, ready for its first window.
@@ -198,11 +220,26 @@ fn alone(
     let (points, schedule) = (side.points().unwrap_or(0), schedule(case));
     side.initialize(schedule.time(), points, None)?;
     let announce = participants.timing.announce();
-    Recorded::create(Run { solver: side, schedule }, &options.out, &wanted(case), announce)
+    recorded(Run { solver: side, schedule }, options, &wanted(case, options), announce)
 }
 
-fn wanted(case: &Case) -> Wanted<'_> {
-    Wanted { interval: case.general.record_interval, case: Some(case), iterations: false }
+fn wanted<'a>(case: &'a Case, options: &Options) -> Wanted<'a> {
+    let goes_on = options.from.is_some();
+    Wanted { interval: case.general.record_interval, case: Some(case), iterations: false, goes_on }
+}
+
+/// The run with its tables, at its start or at the checkpoint that it goes on from.
+fn recorded<S: Solver>(
+    run: Run<S>,
+    options: &Options,
+    wanted: &Wanted<'_>,
+    announce: Announce,
+) -> Result<Recorded<S>, RunError> {
+    let mut recorded = Recorded::create(run, &options.out, wanted, announce)?;
+    if let Some(from) = &options.from {
+        checkpoint::restore(from, &mut recorded)?;
+    }
+    Ok(recorded)
 }
 
 /// Solves all windows and ends the sides in order.
@@ -215,14 +252,28 @@ fn windows<S: Solver>(
 ) -> Outcome {
     let mut progress = Progress::new(0.0, case.general.end_time, options.quiet);
     let mut placement = participants.placement(case);
-    let mut result = recorded.drive(|accepted, solver| {
-        progress.window(accepted.time, accepted.window.index + 1, solver.sides().as_ref());
-        if accepted.output.is_some() {
-            participants.look_at_memory();
+    let mut checkpoints = Checkpoints::new(case, options, &recorded, started);
+    let (mut longest, mut last) = (Duration::ZERO, Instant::now());
+    let mut result = loop {
+        let driven = recorded.drive(|accepted, solver| {
+            progress.window(accepted.time, accepted.window.index + 1, solver.sides().as_ref());
+            if accepted.output.is_some() {
+                participants.look_at_memory();
+            }
+            placement.window();
+            longest = longest.max(last.elapsed());
+            last = Instant::now();
+            if checkpoints.wait_at_stop() {
+                participants.be_patient(patience(longest));
+            }
+            let pauses = options.stop.load(Ordering::Relaxed) || checkpoints.are_due(accepted.time);
+            if pauses { Onward::Stop } else { Onward::Continue }
+        });
+        match driven.map_err(RunError::from).and_then(|()| checkpoints.between_windows(&mut recorded)) {
+            Ok(Onward::Continue) => {}
+            ended => break ended.map(drop),
         }
-        placement.window();
-        if options.stop.load(Ordering::Relaxed) { Onward::Stop } else { Onward::Continue }
-    });
+    };
     let (sums, written) = recorded.sums();
     let Run { mut solver, schedule } = recorded.run;
     let mut known = Summary {
@@ -234,7 +285,7 @@ fn windows<S: Solver>(
     for side in solver.sides_mut() {
         let ended = side.terminate();
         // The first failure is the cause; that a failed participant cannot end in order is no news.
-        result = result.and(ended.map_err(SchemeError::from));
+        result = result.and(ended.map_err(RunError::from));
         if side.role() == Role::Structure {
             known.sub_steps = side.sub_steps;
         }
@@ -243,12 +294,18 @@ fn windows<S: Solver>(
     }
     progress.end();
     for role in known.roles.values_mut() {
-        role.wait_seconds = (started.elapsed().as_secs_f64() - role.compute_seconds).max(0.0);
+        let taken = seconds_before(options) + started.elapsed().as_secs_f64();
+        role.wait_seconds = (taken - role.compute_seconds).max(0.0);
     }
     let coupler = known.roles.entry("coupler".to_owned()).or_default();
     coupler.extra.insert(WINDOWS_ON_ONE_CORE.to_owned(), placement.windows_together().into());
+    let Written { count, bytes, seconds, notes } = checkpoints.written;
+    if count > 0 {
+        let told = serde_json::json!({ "count": count, "bytes": bytes, "seconds": seconds });
+        coupler.extra.insert("checkpoints".to_owned(), told);
+    }
+    known.notes.extend(notes);
     let ending = solver.ending().filter(|_| result.is_ok());
-    let mut result = result.map_err(RunError::from);
     (known.balances, known.condition_46) = (sums.balances, sums.condition_46);
     (known.fluid, known.probes, known.iterations) = (sums.fluid, sums.probes, sums.iterations);
     result = result.and(written.map_err(RunError::from));

@@ -15,6 +15,9 @@ pub struct Schedule {
     sub_steps: SubSteps,
     windows: u64,
     outputs: u64,
+    /// Output intervals that have passed: as many as outputs, unless the end was one, or the run went on with
+    /// another interval.
+    intervals: u64,
     /// Longest window that was allowed when the last one was set (s).
     allowed: f64,
 }
@@ -45,6 +48,7 @@ impl Schedule {
             sub_steps,
             windows: 0,
             outputs: 0,
+            intervals: 0,
             allowed: 0.0,
         }
     }
@@ -82,6 +86,7 @@ impl Schedule {
         }
         self.time = target;
         self.outputs += 1;
+        self.intervals += 1;
         Some(self.outputs)
     }
 
@@ -108,6 +113,8 @@ impl Schedule {
         }
         self.windows = state.u64("windows")?;
         self.outputs = state.u64("outputs")?;
+        // With the interval as it is now, which may be another.
+        self.intervals = ((self.time - self.start_time) / self.output_interval + 0.5 * ARRIVED) as u64;
         Ok(())
     }
 
@@ -129,7 +136,7 @@ impl Schedule {
     /// The next output's time, counted and not added up, or the end time. An output of which the end is less
     /// than a sliver away, or none at all but for rounding, is that of the end.
     fn target(&self) -> f64 {
-        let output = self.start_time + (self.outputs + 1) as f64 * self.output_interval;
+        let output = self.start_time + (self.intervals + 1) as f64 * self.output_interval;
         let nothing = ARRIVED * self.output_interval;
         let sliver = nothing.max(SLIVER * self.allowed.min(self.output_interval));
         let passed = output - self.time <= nothing;
@@ -166,6 +173,44 @@ mod tests {
         // 0.0091 s.
         assert!(sizes.iter().all(|&s| s >= 0.5 * 0.0071), "{sizes:?}");
         assert!(sizes.iter().all(|&s| s <= 0.0091 * (1.0 + 1e-8)));
+    }
+
+    /// Gone on from any window, a schedule is the same; with another end or interval it has the outputs of a
+    /// run that had them from the start, numbered on.
+    #[test]
+    fn a_schedule_goes_on_from_any_window_also_with_another_end_or_interval() {
+        let make = |end, interval| Schedule::new(0.0, end, interval, 0.011, SubSteps::Stable);
+        let walk = |schedule: &mut Schedule, most: u64| {
+            let (mut outputs, mut ends) = (Vec::new(), Vec::new());
+            while let Some(window) = schedule.next(0.0071).filter(|window| window.index < most) {
+                let output = schedule.accept(&window);
+                outputs.extend(output.map(|number| (number, schedule.time())));
+                ends.push(schedule.time());
+            }
+            (outputs, ends)
+        };
+        let gone_on = |from: &Schedule, end, interval| {
+            let mut state = Writer::new(b"test0001");
+            from.save(&mut state);
+            let bytes = state.finish();
+            let mut schedule = make(end, interval);
+            schedule.restore(&mut Reader::new("schedule", b"test0001", &bytes).unwrap()).unwrap();
+            schedule
+        };
+        let (_, whole) = walk(&mut make(0.4, 0.03), u64::MAX);
+        for windows in 0..whole.len() {
+            let mut first = make(0.4, 0.03);
+            walk(&mut first, windows as u64);
+            let (_, rest) = walk(&mut gone_on(&first, 0.4, 0.03), u64::MAX);
+            assert_eq!(rest, whole[windows..], "{windows}");
+        }
+        let mut first = make(0.1, 0.03);
+        let (outputs, _) = walk(&mut first, u64::MAX);
+        assert_eq!(outputs.last(), Some(&(4, 0.1)));
+        let (outputs, _) = walk(&mut gone_on(&first, 0.2, 0.03), u64::MAX);
+        assert_eq!(outputs, [(5, 0.12), (6, 0.15), (7, 0.18), (8, 0.2)]);
+        let (outputs, _) = walk(&mut gone_on(&first, 0.2, 0.05), u64::MAX);
+        assert_eq!(outputs, [(5, 3.0 * 0.05), (6, 0.2)]);
     }
 
     #[test]

@@ -149,29 +149,30 @@ impl Side {
         Ok(())
     }
 
-    /// Writes the participant's accepted state and what was counted of its work.
-    pub fn save(&mut self, state: &mut Writer) -> Result<(), SideError> {
-        let saved =
-            self.participant.save().map_err(|e| self.failed("while saving its state".to_owned(), e))?;
-        state.bytes(&saved);
+    /// The participant's accepted state.
+    pub fn save_participant(&mut self) -> Result<Vec<u8>, SideError> {
+        self.participant.save().map_err(|e| self.failed("while saving its state".to_owned(), e))
+    }
+
+    /// Brings the participant to what [`save_participant`](Self::save_participant) gave; outputs, limit and
+    /// scalars are then those of that state.
+    pub fn restore_participant(&mut self, state: &[u8]) -> Result<(), SideError> {
+        let restored = self.participant.restore(state, &mut self.outputs);
+        let taken = restored.and_then(|Readiness { window_limit, scalars }| self.take(window_limit, scalars));
+        taken.map_err(|e| self.failed("while going to a saved state".to_owned(), e))
+    }
+
+    /// Writes what was counted of the participant's work.
+    pub fn save(&self, state: &mut Writer) {
         state.u64(self.sub_steps);
         state.f64(self.compute_seconds);
+    }
+
+    /// Goes to what [`save`](Self::save) wrote.
+    pub fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), bytes::Error> {
+        self.sub_steps = state.u64("sub-steps")?;
+        self.compute_seconds = state.f64("seconds of work")?;
         Ok(())
-    }
-
-    /// Goes to what [`save`](Self::save) wrote; outputs, limit and scalars are then those of that state.
-    pub fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), SideError> {
-        let restored = self.restore_from(state);
-        restored.map_err(|e| self.failed("while going to a saved state".to_owned(), e))
-    }
-
-    fn restore_from(&mut self, state: &mut Reader<'_>) -> Result<()> {
-        let unread = |error: bytes::Error| ParticipantError::failed(error.to_string());
-        let saved = state.bytes("participant's state").map_err(unread)?;
-        self.sub_steps = state.u64("sub-steps").map_err(unread)?;
-        self.compute_seconds = state.f64("seconds of work").map_err(unread)?;
-        let Readiness { window_limit, scalars } = self.participant.restore(saved, &mut self.outputs)?;
-        self.take(window_limit, scalars)
     }
 
     /// Ends the participant in order.

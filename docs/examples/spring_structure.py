@@ -19,7 +19,7 @@ import time
 
 import iceoryx2 as iox2
 
-VERSION = 2
+VERSION = 3
 (HELLO, WELCOME, REFUSED, INITIALIZE, READY, START, SOLVED, ACCEPT, SAVE, SAVED, RESTORE, RESTORED, TERMINATE, TERMINATED,
  FAILED, GOODBYE) = range(1, 17)
 SLICE = 0.05
@@ -158,7 +158,7 @@ def description(points):
     def port(name, unit, components, direction, exchange):
         return {"name": name, "quantity": name.replace("_", "-"), "unit": unit, "components": components, "points": points,
                 "direction": direction, "exchange": exchange, "required": True}
-    return {"role": "structure", "solver": "springs in Python", "dimension": 2,
+    return {"role": "structure", "solver": "springs in Python", "dimension": 2, "saves": True,
             "ports": [port("position", "m", 2, "out", "every-window"),
                       port("velocity", "m/s", 2, "out", "every-window"),
                       port("reference_volume", "m3", 1, "out", "constant"),
@@ -169,7 +169,7 @@ def description(points):
 
 def serve(connection, springs, points, request):
     """Answers requests until `Terminate`; returns the number of the last one."""
-    infinite = float("inf")
+    infinite, pieces = float("inf"), b""
     while True:
         message = connection.receive(request)
         head, number = message.header, message.header.sequence
@@ -193,9 +193,14 @@ def serve(connection, springs, points, request):
             springs.accept()
         elif head.kind == SAVE:
             state = json.dumps([springs.position, springs.velocity]).encode()
-            connection.send(SAVED, text=state, sequence=number)
+            connection.send(SAVED, text=state, sequence=number, snapshot=len(state))
         elif head.kind == RESTORE:
-            springs.position, springs.velocity = json.loads(message.text)
+            # A state over 4 MiB comes in pieces.
+            pieces = (pieces if head.window else b"") + message.text
+            if len(pieces) < head.snapshot:
+                connection.send(RESTORED, sequence=number)
+                continue
+            springs.position, springs.velocity = json.loads(pieces)
             connection.send(RESTORED, [springs.energy(springs.position, springs.velocity)],
                             springs.position + springs.velocity, sequence=number, size=infinite)
         elif head.kind == TERMINATE:

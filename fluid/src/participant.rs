@@ -432,13 +432,14 @@ impl<const D: usize, F: Fluid<D>> Participant for FluidParticipant<D, F> {
     fn save(&mut self) -> Result<Vec<u8>> {
         let own = F::save(&self.accepted);
         let told = (&self.accepted_ledger, &self.accepted_passed[..]);
-        Ok(saved::to_bytes(&self.ready, self.fluid.output(), told, &own))
+        Ok(saved::to_bytes(&self.ready, self.fluid.output(), told, self.snapshots.times(), &own))
     }
 
     fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let read = saved::from_bytes(state, self.fluid.output(), self.accepted_passed.len());
-        let (ready, output, (ledger, passed), own) = read.map_err(failed)?;
+        let (ready, output, (ledger, passed), shown, own) = read.map_err(failed)?;
         self.accepted = F::restore(own).map_err(failed)?;
+        self.snapshots.go_on(shown)?;
         (self.accepted_ledger, self.accepted_passed) = (ledger, passed);
         *self.fluid.output_mut() = output;
         self.ready.clone_from(&ready);
@@ -481,6 +482,7 @@ fn describe<const D: usize>(method: &str, probes: &[Watched<D>]) -> Description 
             port(names::NORMAL, Quantity::Normal, Direction::Out),
         ],
         scalars,
+        saves: true,
         notes: vec![],
     }
 }

@@ -37,6 +37,7 @@ impl Idle {
             dimension: 2,
             ports,
             scalars: vec![],
+            saves: false,
             notes: vec![],
         })
     }

@@ -79,6 +79,7 @@ mod tests {
             dimension: 2,
             ports,
             scalars: vec![],
+            saves: false,
             notes: vec![],
         }
     }

@@ -94,6 +94,10 @@ pub struct Description {
     pub ports: Vec<Port>,
     /// What it reports.
     pub scalars: Vec<Scalar>,
+    /// Whether it can be saved, and go to a saved state. Of a run with one who cannot there are no
+    /// checkpoints.
+    #[serde(default)]
+    pub saves: bool,
     /// What looks odd to it and may be meant, one line each, for the summary.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,

@@ -14,10 +14,13 @@ use thiserror::Error;
 
 /// Version of the protocol. The first 64 bits of the header (version and kind) stay what they are in every
 /// version, so that two versions can tell each other apart.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// What [`MessageHeader::snapshot`] says where no snapshot is asked for.
 pub const NO_SNAPSHOT: u64 = u64::MAX;
+
+/// Bytes of a state that one message carries at most: shared memory holds a piece, and not the state.
+pub const PIECE: usize = 4 << 20;
 
 /// What a message asks or answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

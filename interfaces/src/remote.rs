@@ -1,7 +1,7 @@
 //! The coupler's side of a participant in another process.
 
 use crate::protocol::{
-    Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, ReadError, Selection, VERSION, Welcome,
+    Hello, Kind, MessageHeader, NO_SNAPSHOT, PIECE, Payload, ReadError, Selection, VERSION, Welcome,
 };
 use crate::transport::{Address, Alive, Connection, Deadlines, Link, Message, SharedMemory, Traffic};
 use crate::{
@@ -303,14 +303,44 @@ impl<L: Link> Participant for RemoteParticipant<L> {
 
     fn save(&mut self) -> Result<Vec<u8>> {
         let during = || "while saving its state".to_owned();
-        self.request(|n| MessageHeader::new(Kind::Save, n), &Payload::default(), true, during)?;
-        Ok(self.answer(Kind::Saved, during)?.text())
+        let mut state = Vec::new();
+        loop {
+            let from = state.len() as u64;
+            let header = |n| MessageHeader { window: from, ..MessageHeader::new(Kind::Save, n) };
+            self.request(header, &Payload::default(), true, during)?;
+            let message = self.answer(Kind::Saved, during)?;
+            let (piece, total) = (message.text(), message.header().snapshot);
+            drop(message);
+            let (bytes, reached) = (piece.len(), from + piece.len() as u64);
+            if reached > total || bytes == 0 && reached < total {
+                let what = format!("{bytes} bytes of its state came from byte {from} on, and it has {total}");
+                let error = ParticipantError::Protocol { during: during(), what };
+                return Err(self.broken(error));
+            }
+            state.extend(piece);
+            if reached == total {
+                return Ok(state);
+            }
+        }
     }
 
     fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         let during = || "while restoring its state".to_owned();
-        self.request(|n| MessageHeader::new(Kind::Restore, n), &Payload::text(state), true, during)?;
-        self.ready(Kind::Restored, Selection::EveryWindow, outputs, during)
+        let mut from = 0;
+        loop {
+            let end = state.len().min(from + PIECE);
+            let header = |n| MessageHeader {
+                window: from as u64,
+                snapshot: state.len() as u64,
+                ..MessageHeader::new(Kind::Restore, n)
+            };
+            self.request(header, &Payload::text(&state[from..end]), true, during)?;
+            if end == state.len() {
+                return self.ready(Kind::Restored, Selection::EveryWindow, outputs, during);
+            }
+            self.answer(Kind::Restored, during)?;
+            from = end;
+        }
     }
 
     /// Ends the process in order. Where a call failed before, the connection has ended, and nothing is left

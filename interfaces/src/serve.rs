@@ -3,7 +3,7 @@
 use crate::guarded::caught;
 use crate::participant::MOST_VALUES;
 use crate::protocol::{
-    Hello, Kind, MessageHeader, NO_SNAPSHOT, Payload, ReadError, Selection, VERSION, Welcome,
+    Hello, Kind, MessageHeader, NO_SNAPSHOT, PIECE, Payload, ReadError, Selection, VERSION, Welcome,
 };
 use crate::transport::{Address, Alive, Connection, Deadlines, Link, Message, SharedMemory};
 use crate::{
@@ -65,6 +65,7 @@ pub fn serve_over<L: Link>(
         participant,
         life: Lifecycle::default(),
         restored: false,
+        state: Vec::new(),
         inputs: Fields::default(),
         outputs: Fields::default(),
         description,
@@ -134,6 +135,8 @@ struct Session<'a> {
     /// Whether the state was restored and no window started since: the next window says how many were
     /// accepted.
     restored: bool,
+    /// A state on its way, which comes or goes in pieces.
+    state: Vec<u8>,
     inputs: Fields,
     outputs: Fields,
 }
@@ -246,13 +249,22 @@ impl Session<'_> {
             }
             Kind::Save => {
                 self.life.check(Call::Save)?;
-                let text = self.participant.save()?;
-                self.life.done(Call::Save, None);
-                Ok(Some(Answer { text, ..Answer::of(MessageHeader::new(Kind::Saved, request.sequence)) }))
+                if request.window == 0 {
+                    self.state = self.participant.save()?;
+                    self.life.done(Call::Save, None);
+                }
+                let (text, total) = self.piece(&request)?;
+                let header = MessageHeader::new(Kind::Saved, request.sequence);
+                Ok(Some(Answer { text, ..Answer::of(MessageHeader { snapshot: total, ..header }) }))
             }
             Kind::Restore => {
                 self.life.check(Call::Restore)?;
-                let readiness = self.participant.restore(&message.text(), &mut self.outputs)?;
+                if !self.gathered(&message)? {
+                    return Ok(Some(Answer::of(MessageHeader::new(Kind::Restored, request.sequence))));
+                }
+                drop(message);
+                let state = std::mem::take(&mut self.state);
+                let readiness = self.participant.restore(&state, &mut self.outputs)?;
                 self.life.restored(0);
                 self.restored = true;
                 Ok(Some(Answer::ready(
@@ -269,6 +281,41 @@ impl Session<'_> {
             }
             _ => Err(wrong(&request, "it is no request")),
         }
+    }
+
+    /// The piece of the saved state that is asked for, and how many bytes the state has. It is given up with
+    /// its last piece.
+    fn piece(&mut self, request: &MessageHeader) -> Result<(Vec<u8>, u64)> {
+        let total = self.state.len();
+        let from = usize::try_from(request.window).unwrap_or(usize::MAX);
+        if from > 0 && from >= total {
+            return Err(wrong(request, &format!("it asks for byte {from} of a state of {total}")));
+        }
+        let end = total.min(from + PIECE);
+        let piece = self.state[from..end].to_vec();
+        if end == total {
+            self.state = Vec::new();
+        }
+        Ok((piece, total as u64))
+    }
+
+    /// Adds a piece to the state that comes. Says whether it is whole then.
+    fn gathered<L: Link>(&mut self, message: &Message<L>) -> Result<bool> {
+        let header = *message.header();
+        if header.window == 0 {
+            self.state.clear();
+        }
+        let piece = message.text();
+        let (before, total) = (self.state.len() as u64, header.snapshot);
+        if header.window != before || before + piece.len() as u64 > total {
+            let (from, bytes) = (header.window, piece.len());
+            return Err(wrong(
+                &header,
+                &format!("it brings {bytes} bytes from byte {from} on where {before} of {total} have come"),
+            ));
+        }
+        self.state.extend(piece);
+        Ok(self.state.len() as u64 == total)
     }
 
     /// Copies the message's fields to the inputs, finite as they are.

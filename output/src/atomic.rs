@@ -24,7 +24,8 @@ pub fn write_file(path: &Path, contents: &[u8]) -> Result<()> {
     })
 }
 
-fn partial_path(path: &Path) -> PathBuf {
+/// Where the bytes go first that will be `path`.
+pub(crate) fn partial_path(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{name}.partial"))
 }

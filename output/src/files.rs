@@ -62,6 +62,18 @@ pub fn open(path: &Path, most: u64) -> io::Result<File> {
     Ok(file)
 }
 
+/// Opens a regular file that is no link, to write on in it.
+///
+/// # Errors
+/// If it is not there or anything else.
+pub fn reopen(path: &Path) -> io::Result<File> {
+    let file = OpenOptions::new().read(true).write(true).custom_flags(NO_LINK).open(path)?;
+    if file.metadata()?.is_file() {
+        return Ok(file);
+    }
+    Err(io::Error::new(ErrorKind::InvalidInput, "it is no regular file"))
+}
+
 /// The text of a file that [`open`] opens.
 ///
 /// # Errors

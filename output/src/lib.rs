@@ -8,6 +8,7 @@
 //! | `probes.csv` | [`Table`] | `t`, then `<probe>.<component>` |
 //! | `columns.json` | [`columns`] | unit and meaning of each column of these tables |
 //! | `summary.json` | [`Summary`] | how the run ended, what it took, what was kept in balance |
+//! | `checkpoints/*` | [`checkpoint`] | states of the run to go on from |
 //!
 //! [`write_report`] makes `report.html` and `frames/*.png` of them; [`report`] says which names it looks for,
 //! and lends its plots and style to other pages.
@@ -21,9 +22,11 @@
 //! | units | SI throughout; in two dimensions masses, forces and energies are those of one metre of depth |
 //!
 //! A run can be killed at any moment: snapshots, collections and the summary are written aside and renamed
-//! ([`atomic`]), tables grow by whole rows.
+//! ([`atomic`]), tables grow by whole rows. A run that goes on has its tables cut to the checkpoint
+//! ([`Table::go_on`]) and its snapshots numbered on ([`Series::go_on`]).
 
 pub mod atomic;
+pub mod checkpoint;
 pub mod columns;
 mod error;
 pub mod files;

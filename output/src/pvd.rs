@@ -14,7 +14,10 @@ use std::path::{Path, PathBuf};
 pub struct Series {
     dir: PathBuf,
     name: String,
+    /// Those that the collection names.
     entries: Vec<SeriesEntry>,
+    /// Times (s) of all that were written, whose number is that of the next.
+    times: Vec<f64>,
 }
 
 /// One snapshot of a series.
@@ -36,7 +39,8 @@ impl Series {
     pub fn create(dir: &Path, name: &str) -> Result<Self> {
         let folder = dir.join(name);
         files::folder(&folder).map_err(write_error(&folder))?;
-        let series = Self { dir: dir.to_owned(), name: name.to_owned(), entries: Vec::new() };
+        let series =
+            Self { dir: dir.to_owned(), name: name.to_owned(), entries: Vec::new(), times: Vec::new() };
         series.write_collection()?;
         Ok(series)
     }
@@ -46,22 +50,45 @@ impl Series {
     /// # Errors
     /// As [`vtu::write`].
     pub fn write(&mut self, frame: &ParticleFrame) -> Result<PathBuf> {
-        let file = Path::new(&self.name).join(format!("{}_{:06}.vtu", self.name, self.entries.len()));
+        let file = self.file(self.times.len());
         let path = self.dir.join(&file);
         vtu::write(&path, frame)?;
+        self.times.push(frame.time);
         self.entries.push(SeriesEntry { time: frame.time, file });
         self.write_collection()?;
         Ok(path)
     }
 
+    /// Times (s) of the snapshots so far.
+    pub fn times(&self) -> &[f64] {
+        &self.times
+    }
+
+    /// Goes on behind snapshots of these times (s), which an earlier run left in the folder. The collection
+    /// names those of them that are there.
+    ///
+    /// # Errors
+    /// [`crate::Error::Write`] if the collection cannot be written.
+    pub fn go_on(&mut self, times: Vec<f64>) -> Result<()> {
+        let all =
+            times.iter().enumerate().map(|(number, &time)| SeriesEntry { time, file: self.file(number) });
+        self.entries = all.filter(|entry| self.dir.join(&entry.file).exists()).collect();
+        self.times = times;
+        self.write_collection()
+    }
+
     /// Number of snapshots so far.
     pub fn len(&self) -> usize {
-        self.entries.len()
+        self.times.len()
     }
 
     /// Whether there is no snapshot yet.
     pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
+        self.times.is_empty()
+    }
+
+    fn file(&self, number: usize) -> PathBuf {
+        Path::new(&self.name).join(format!("{}_{number:06}.vtu", self.name))
     }
 
     fn write_collection(&self) -> Result<()> {

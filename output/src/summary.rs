@@ -58,11 +58,48 @@ pub struct Summary {
     /// What the sides and the coupler noted and may be meant, one line each.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// Where the run went on from a checkpoint, in the order of time; nothing of one in one piece.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub seams: Vec<Seam>,
     /// Extremes by column of `probes.csv`, in the column's unit.
     pub probes: BTreeMap<String, Extremes>,
     /// Anything else.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub extra: Extra,
+}
+
+/// Where a run went on from a checkpoint.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Seam {
+    /// Windows before it.
+    pub windows: u64,
+    /// Simulated time, in s.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub simulated_seconds: f64,
+    /// Time that the run had taken by then, in s.
+    #[serde(deserialize_with = "null_as_nan")]
+    pub wall_seconds: f64,
+    /// The folder of the run that this one is a branch of; nothing where it is the same run.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub branch_of: Option<String>,
+    /// Keys of the case that were other before, each as `key = value (was value)`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<String>,
+}
+
+impl Seam {
+    /// In one line of words.
+    pub fn words(&self) -> String {
+        let Self { windows, simulated_seconds, branch_of, changes, .. } = self;
+        let how =
+            branch_of.as_ref().map_or("resumed".to_owned(), |of| format!("a branch of the run in {of}"));
+        let changed = match changes.is_empty() {
+            true => String::new(),
+            false => format!(", with {}", changes.join(", ")),
+        };
+        format!("{how} from the checkpoint at t = {simulated_seconds} s, after {windows} windows{changed}")
+    }
 }
 
 /// How a run ended.

@@ -40,18 +40,66 @@ impl Table {
     /// [`Error::Write`] if the file cannot be made or written.
     pub fn create<S: AsRef<str>>(path: &Path, columns: &[S]) -> Result<Self> {
         let file = files::create(path).map_err(write_error(path))?;
-        let header: Vec<String> = columns.iter().map(|column| quoted(column.as_ref())).collect();
         let mut table = Self {
             path: path.to_owned(),
             file,
             columns: columns.len(),
-            buffer: header.join(",") + "\n",
+            buffer: header(columns),
             buffered_rows: 0,
             written: 0,
             failed: false,
         };
         table.flush()?;
         Ok(table)
+    }
+
+    /// Opens the table that an earlier run left, with this header. It takes rows after
+    /// [`go_on`](Self::go_on).
+    ///
+    /// # Errors
+    /// [`Error::Read`] if it cannot be opened, [`Error::Parse`] if it has another header.
+    pub fn reopen<S: AsRef<str>>(path: &Path, columns: &[S]) -> Result<Self> {
+        let file = files::reopen(path).map_err(read_error(path))?;
+        let expected = header(columns);
+        let mut found = vec![0; expected.len()];
+        let is_same = (&file).read_exact(&mut found).is_ok() && found == expected.as_bytes();
+        if !is_same {
+            return Err(parse_error(path, "its columns are not those that this case has"));
+        }
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            columns: columns.len(),
+            buffer: String::new(),
+            buffered_rows: 0,
+            written: expected.len() as u64,
+            failed: false,
+        })
+    }
+
+    /// Cuts the table to its first `bytes` bytes, which end with a row; the next one stands behind them.
+    ///
+    /// # Errors
+    /// [`Error::Parse`] if no row ends there; [`Error::Read`], [`Error::Write`].
+    pub fn go_on(&mut self, bytes: u64) -> Result<()> {
+        let mut last = [0];
+        let at = self.file.seek(SeekFrom::Start(bytes.saturating_sub(1)));
+        let read = at.and_then(|_| self.file.read(&mut last)).map_err(read_error(&self.path))?;
+        if read != 1 || last != *b"\n" || bytes < self.written {
+            return Err(parse_error(&self.path, format!("no row ends at byte {bytes}")));
+        }
+        self.written = bytes;
+        self.file.set_len(bytes).map_err(write_error(&self.path))
+    }
+
+    /// Forces all rows so far to the disk. Gives the bytes that the table has then.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn sync(&mut self) -> Result<u64> {
+        self.flush()?;
+        self.file.sync_data().map_err(write_error(&self.path))?;
+        Ok(self.written)
     }
 
     /// Adds a row, one value a column. A value that does not exist is `f64::NAN`, and has an empty cell.
@@ -162,6 +210,11 @@ fn push_number(text: &mut String, value: f64) {
     } else {
         write!(text, "{value:e}")
     };
+}
+
+fn header<S: AsRef<str>>(columns: &[S]) -> String {
+    let names: Vec<String> = columns.iter().map(|column| quoted(column.as_ref())).collect();
+    names.join(",") + "\n"
 }
 
 fn quoted(name: &str) -> String {
@@ -368,6 +421,26 @@ mod tests {
         let largest = |columns: &Columns| columns.get("x").unwrap().iter().copied().fold(0.0, f64::max);
         assert_eq!(largest(&thinned), largest(&whole));
         assert!(thinned.get("none").unwrap().iter().all(|value| value.is_nan()));
+    }
+
+    #[test]
+    fn a_table_goes_on_behind_a_row() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("windows.csv");
+        let mut table = Table::create(&path, &["window", "x"]).unwrap();
+        table.row(&[0.0, 0.5]).unwrap();
+        let bytes = table.sync().unwrap();
+        table.row(&[1.0, 0.25]).unwrap();
+        drop(table);
+        assert!(Table::reopen(&path, &["window", "y"]).unwrap_err().to_string().contains("columns"));
+        let mut again = Table::reopen(&path, &["window", "x"]).unwrap();
+        for wrong in [0, 3, bytes - 1, bytes + 1, 1000] {
+            assert!(again.go_on(wrong).unwrap_err().to_string().contains("no row ends"), "{wrong}");
+        }
+        again.go_on(bytes).unwrap();
+        again.row(&[1.0, 2.0]).unwrap();
+        drop(again);
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "window,x\n0,0.5\n1,2\n");
     }
 
     #[test]

@@ -353,6 +353,8 @@ fn measure(case: &Case, windows: Option<Windows>) -> Result<String, String> {
         trace: false,
         domain: None,
         stop: Arc::clone(&stop),
+        checkpoints: None,
+        from: None,
     };
     let (send, ended) = std::sync::mpsc::channel::<()>();
     let clock = std::thread::spawn(move || {

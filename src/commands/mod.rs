@@ -6,6 +6,7 @@ pub mod export_fmu;
 pub mod new;
 pub mod participant;
 pub mod report;
+pub mod resume;
 pub mod run;
 pub mod schema;
 pub mod validate;
@@ -81,6 +82,14 @@ fn stop_flag() -> std::io::Result<Arc<AtomicBool>> {
         signal_hook::flag::register(signal, Arc::clone(&stop))?;
     }
     Ok(stop)
+}
+
+/// A flag that SIGUSR1 sets, by which a queue warns before it ends a job: a run writes a checkpoint then, and
+/// nobody else is ended by it.
+pub fn checkpoint_flag() -> std::io::Result<Arc<AtomicBool>> {
+    let asked = Arc::new(AtomicBool::new(false));
+    signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&asked))?;
+    Ok(asked)
 }
 
 /// Whether this process was started with the signal ignored, where the system tells.

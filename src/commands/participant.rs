@@ -4,10 +4,14 @@
 use super::{WRONG, failed};
 use crate::arguments::{CaseArguments, Fmu, Join, Mock, Solver};
 use interfaces::case::Case;
+use interfaces::transport::Alive;
 use interfaces::{Address, Participant, Role};
 use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 use std::process::{Command, ExitCode, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 /// Serves our own solver of one side.
 pub fn solver(arguments: &Solver, role: Role) -> ExitCode {
@@ -62,6 +66,21 @@ pub fn become_other(words: &[String]) -> ExitCode {
     failed(format_args!("failed to start `{}`: {error}", words.join(" ")))
 }
 
+/// A queue tells all processes of a job to end. The coupler then still wants its checkpoint, and ends us: so
+/// we wait for that for a while, of one that lives.
+fn left_to_the_coupler(told: Arc<AtomicBool>, mut coupler: Alive) -> (Arc<AtomicBool>, Alive) {
+    const WHILE: Duration = Duration::from_secs(20);
+    let (stop, mut since) = (Arc::new(AtomicBool::new(false)), None);
+    let set = Arc::clone(&stop);
+    let alive = move || {
+        if told.load(Ordering::Relaxed) && since.get_or_insert_with(Instant::now).elapsed() > WHILE {
+            set.store(true, Ordering::Relaxed);
+        }
+        coupler()
+    };
+    (stop, Box::new(alive))
+}
+
 fn serve(
     case_file: &Path,
     join: &Join,
@@ -79,13 +98,17 @@ fn serve(
         Ok(participant) => participant,
         Err(error) => return failed(error),
     };
-    let stop = match super::stop_flag() {
+    let stop = match super::checkpoint_flag().and_then(|_| super::stop_flag()) {
         Ok(stop) => stop,
         Err(error) => return failed(error),
     };
     let address = Address::parse(&join.run, role);
     let deadlines = coupler::run::participant_deadlines(&case);
     let coupler = join.coupler.map_or_else(|| Box::new(|| None) as _, coupler::launch::watch);
+    let (stop, coupler) = match join.coupler {
+        Some(_) => left_to_the_coupler(stop, coupler),
+        None => (stop, coupler),
+    };
     match interfaces::serve(participant.as_mut(), &address, &case.hash(), deadlines, &stop, coupler) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => failed(error),

@@ -1,6 +1,6 @@
 //! `meniscus run`.
 
-use super::{FAILED, INTERRUPTED, failed, say};
+use super::{FAILED, INTERRUPTED, failed, resume, say};
 use crate::arguments::Run;
 use coupler::run::{Options, RunError, Solvers};
 use interfaces::case::Case;
@@ -11,18 +11,28 @@ use std::process::ExitCode;
 
 /// Runs the case, prints a short summary and where to look.
 pub fn run(arguments: &Run) -> ExitCode {
-    let case = match super::load(&arguments.case) {
+    let of_case = match resume::case_of(arguments) {
+        Ok(of_case) => of_case,
+        Err(code) => return code,
+    };
+    let case = match super::load(&of_case) {
         Ok(case) => case,
         Err(code) => return code,
     };
     // What does not fit is said before anything is started or emptied.
     let mistakes = super::check::preflight(&case);
     if !mistakes.is_empty() {
-        return super::refuse(&arguments.case, mistakes);
+        return super::refuse(&of_case, mistakes);
     }
-    let out = arguments.out.clone().unwrap_or_else(|| default_folder(&arguments.case.case));
-    let (executable, stop) = match (std::env::current_exe(), super::stop_flag()) {
-        (Ok(executable), Ok(stop)) => (executable, stop),
+    let from = match resume::from(arguments, &case) {
+        Ok(from) => from,
+        Err(code) => return code,
+    };
+    let out = arguments.resume.clone().or_else(|| arguments.out.clone());
+    let out = out.unwrap_or_else(|| default_folder(&of_case.case));
+    let flags = super::stop_flag().and_then(|stop| Ok((stop, super::checkpoint_flag()?)));
+    let (executable, (stop, checkpoints)) = match (std::env::current_exe(), flags) {
+        (Ok(executable), Ok(flags)) => (executable, flags),
         (Err(error), _) | (_, Err(error)) => return failed(error),
     };
     let options = Options {
@@ -32,6 +42,8 @@ pub fn run(arguments: &Run) -> ExitCode {
         trace: arguments.trace,
         domain: arguments.domain.clone(),
         stop,
+        checkpoints: Some(checkpoints),
+        from,
     };
     if arguments.in_process {
         super::set_threads(&case);
@@ -92,6 +104,9 @@ fn print_end(case: &Case, summary: &Summary, out: &Path) {
              coupling.convergence.max_iterations, or see iterations.csv",
             iterations.not_converged
         ));
+    }
+    for seam in &summary.seams {
+        say(format_args!("seam        {}", seam.words()));
     }
     for note in &summary.notes {
         say(format_args!("note        {note}"));

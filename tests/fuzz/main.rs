@@ -223,6 +223,8 @@ fn begin(case: &Case) {
         trace: false,
         domain: None,
         stop: Arc::clone(&stop),
+        checkpoints: None,
+        from: None,
     };
     std::thread::spawn(move || {
         std::thread::sleep(Duration::from_millis(300));

@@ -18,6 +18,7 @@ mod probes;
 mod processes;
 mod python;
 mod resources;
+mod restart;
 mod rolling;
 mod solvers;
 mod support;

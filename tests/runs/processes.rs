@@ -233,6 +233,8 @@ fn a_second_interrupt_ends_the_run_at_once() {
     for participant in participants {
         until("the participant's end", || gone(participant).then_some(()));
     }
+    // The guard looks once more when they have gone.
+    until("an empty shared memory", || bench.left().is_empty().then_some(()));
 }
 
 /// Both sides as mocks in processes: `fluid` and `structure` are the words after `meniscus mock`.

@@ -170,6 +170,11 @@ impl Running {
         })
     }
 
+    /// Whether it has ended.
+    pub fn has_ended(&mut self) -> bool {
+        self.child.try_wait().expect("a child of ours").is_some()
+    }
+
     /// Waits for its end, within the watchdog.
     pub fn wait(mut self) -> Ended {
         let started = Instant::now();

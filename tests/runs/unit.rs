@@ -2,7 +2,7 @@
 //! may misbehave.
 
 #[path = "../../coupler/fmu/tests/spring_unit/mod.rs"]
-mod spring_unit;
+pub mod spring_unit;
 
 use crate::support::{Bench, COARSE, MENISCUS, Outputs};
 use output::summary::Status;

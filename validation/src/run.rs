@@ -248,6 +248,8 @@ fn run_variant(
         quiet: options.quiet,
         domain: None,
         stop: Arc::clone(&options.stop),
+        checkpoints: None,
+        from: None,
     };
     let (summary, result) = coupler::run::run(case, &run_options, &solvers);
     if summary.status == Status::Interrupted {

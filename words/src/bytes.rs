@@ -139,6 +139,7 @@ impl Writer {
     /// A list, each of whose entries takes at least one byte.
     pub fn list<T>(&mut self, list: &[T], mut entry: impl FnMut(&mut Self, &T)) {
         self.usize(list.len());
+        self.bytes.reserve(size_of_val(list));
         list.iter().for_each(|value| entry(self, value));
     }
 

@@ -44,6 +44,7 @@ pub fn open(case: &Case, role: Role, out: &Path) -> Result<Box<dyn Participant>,
             dimension: case.general.dimension,
             ports: wiring.wires.iter().map(|wire| wire.port.clone()).collect(),
             scalars,
+            saves: described.keeps_state && described.serializes_state,
             notes: wiring.notes.clone(),
         },
         instance: Some(instance),
@@ -354,13 +355,17 @@ impl Participant for UnitParticipant {
         self.check_serializes()?;
         self.instance().keep().map_err(failed)?;
         let state = self.instance().serialize().map_err(failed)?;
-        Ok(saved::seal(&self.abilities.token, &state))
+        let times = self.snapshots.as_ref().map_or(&[][..], Series::times);
+        Ok(saved::seal(&self.abilities.token, times, &state))
     }
 
     fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
         self.check_serializes()?;
-        let state = saved::open(&self.abilities.token, state)
+        let (times, state) = saved::open(&self.abilities.token, state)
             .map_err(|error| failed(format_args!("of {}: {error}", self.abilities.name)))?;
+        if let Some(snapshots) = &mut self.snapshots {
+            snapshots.go_on(times).map_err(failed)?;
+        }
         self.instance().deserialize(state).map_err(failed)?;
         self.instance().go_back().map_err(failed)?;
         self.left_accepted = false;

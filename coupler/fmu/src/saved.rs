@@ -4,29 +4,30 @@
 use words::bytes::{Error, Reader, Writer};
 
 /// Starts every saved state: what it is, and the version of the envelope.
-const MAGIC: &[u8; 8] = b"mnscenv1";
+const MAGIC: &[u8; 8] = b"mnscenv2";
 
-/// The envelope of a unit's state: the unit's token, and the state.
-pub fn seal(token: &str, state: &[u8]) -> Vec<u8> {
+/// The envelope of a unit's state: the unit's token, the times (s) of the snapshots so far, and the state.
+pub fn seal(token: &str, times: &[f64], state: &[u8]) -> Vec<u8> {
     let mut sealed = Writer::new(MAGIC);
     sealed.text(token);
+    sealed.f64s(times);
     sealed.bytes(state);
     sealed.finish()
 }
 
-/// The state in an envelope.
+/// The times of snapshots and the state in an envelope.
 ///
 /// # Errors
 /// An envelope that is not whole, or of another unit than the one with that token.
-pub fn open<'a>(token: &str, sealed: &'a [u8]) -> Result<&'a [u8], Error> {
+pub fn open<'a>(token: &str, sealed: &'a [u8]) -> Result<(Vec<f64>, &'a [u8]), Error> {
     let mut sealed = Reader::new("unit's saved state", MAGIC, sealed)?;
     let of = sealed.text("token")?;
     if of != token {
         return Err(sealed.refuse("token", of));
     }
-    let state = sealed.bytes("state")?;
+    let opened = (sealed.f64s("times of snapshots", None)?, sealed.bytes("state")?);
     sealed.finish()?;
-    Ok(state)
+    Ok(opened)
 }
 
 #[cfg(test)]
@@ -35,8 +36,8 @@ mod tests {
 
     #[test]
     fn an_envelope_opens_whole_and_for_its_unit_alone() {
-        let sealed = seal("mine", &[1, 2, 3]);
-        assert_eq!(open("mine", &sealed), Ok([1, 2, 3].as_slice()));
+        let sealed = seal("mine", &[0.5], &[1, 2, 3]);
+        assert_eq!(open("mine", &sealed), Ok((vec![0.5], [1, 2, 3].as_slice())));
         assert!(open("yours", &sealed).is_err());
         for length in 0..sealed.len() {
             assert!(open("mine", &sealed[..length]).is_err(), "{length}");

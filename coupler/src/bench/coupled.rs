@@ -102,12 +102,14 @@ fn measure_in(
         trace: false,
         domain: options.domain.clone(),
         stop: options.stop.clone(),
+        checkpoints: None,
+        from: None,
     };
     let none = |_: Role| Err(ParticipantError::failed("the bench has no participant in its own process"));
     let solvers = Solvers { in_process: &none, executable: &options.executable };
     launch::forget_peak_memory();
     let folder = run::folder::prepare(out, &case)?;
-    let mut participants = Participants::new(Timing::new(None));
+    let mut participants = Participants::new(Timing::new(None), &options.stop, None);
     let mut times = Vec::with_capacity(windows as usize);
     let started = participants.start(&case, &run_options, &solvers);
     let result = started.and_then(|()| timed(&case, &run_options, &mut participants, windows, &mut times));

@@ -4,9 +4,10 @@
 //! Participants see the coupler's death by themselves while they wait for it. One that computes for minutes
 //! does not, nor does a program of another make, nor what that started.
 
-use super::{LOOK, LaunchError};
+use super::{LOOK, LaunchError, watch};
 use interfaces::{Address, Role, remove_stale};
-use rustix::process::{Pid, Signal, kill_process_group, test_kill_process_group};
+use rustix::process::{Pid, Signal, kill_process_group};
+use std::fs::File;
 use std::io::{self, BufRead, Write as _};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
@@ -26,18 +27,21 @@ pub struct Guard {
 }
 
 impl Guard {
-    /// Starts it: the command `guard` of `executable`, for the domain of `address`.
+    /// Starts it: the command `guard` of `executable`, for the domain of `address`. It holds the lock of
+    /// `folder` together with the coupler: nobody else writes there before those who are left have ended.
     ///
     /// # Errors
     /// If the process cannot be started.
-    pub fn start(executable: &Path, address: &Address) -> Result<Self, LaunchError> {
+    pub fn start(executable: &Path, address: &Address, folder: Option<&File>) -> Result<Self, LaunchError> {
         let command = format!("{} guard", executable.display());
         let failed = |source| LaunchError { role: address.role, command: command.clone(), source };
+        // A lock is there as long as any process has the folder open that was locked.
+        let held = folder.map(File::try_clone).transpose().map_err(failed)?;
         let mut process = Command::new(executable)
             .args(["guard", &address.connect()])
             .env(interfaces::transport::FOLDER, address.root())
             .stdin(Stdio::piped())
-            .stdout(Stdio::null())
+            .stdout(held.map_or_else(Stdio::null, Stdio::from))
             .stderr(Stdio::null())
             .process_group(0)
             .spawn()
@@ -70,7 +74,8 @@ pub fn stand(input: impl BufRead, run: &str) {
         groups.extend(line.parse().ok().and_then(Pid::from_raw));
     }
     let deadline = Instant::now() + GRACE;
-    let is_there = |group: &Pid| test_kill_process_group(*group).is_ok();
+    // What a participant that has ended left in its group has nothing to leave in order.
+    let is_there = |group: &Pid| watch(group.as_raw_nonzero().get().cast_unsigned())().is_none();
     while groups.iter().any(is_there) && Instant::now() < deadline {
         std::thread::sleep(LOOK);
     }

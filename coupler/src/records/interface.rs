@@ -160,6 +160,8 @@ fn members(case: &Case, body: &str, positions: &[f64], dimension: usize) -> Vec<
 pub(super) struct InterfaceSnapshots {
     series: Series,
     reference: Vec<f64>,
+    /// Times (s) of an earlier run's snapshots, behind which it is to go on.
+    before: Vec<f64>,
 }
 
 impl InterfaceSnapshots {
@@ -170,9 +172,24 @@ impl InterfaceSnapshots {
             return Ok(None);
         }
         let series = Series::create(dir, "structure")?;
-        let mut snapshots = Self { series, reference: start.position.to_vec() };
+        let mut snapshots = Self { series, reference: start.position.to_vec(), before: Vec::new() };
         snapshots.write(time, start)?;
         Ok(Some(snapshots))
+    }
+
+    /// Times (s) of the snapshots so far.
+    pub(super) fn times(&self) -> &[f64] {
+        self.series.times()
+    }
+
+    /// Is to [`go_on`](Self::go_on) behind snapshots of these times (s).
+    pub(super) fn stand_at(&mut self, times: Vec<f64>) {
+        self.before = times;
+    }
+
+    /// Goes on behind an earlier run's snapshots.
+    pub(super) fn go_on(&mut self) -> output::Result<()> {
+        self.series.go_on(std::mem::take(&mut self.before))
     }
 
     /// Writes the next snapshot.

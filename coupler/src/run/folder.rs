@@ -1,5 +1,6 @@
 //! The folder of a run's outputs.
 
+use super::found::Found;
 use super::options::RunError;
 use crate::trace::TRACE;
 use interfaces::case::Case;
@@ -7,6 +8,7 @@ use output::files;
 use std::fs::{File, TryLockError};
 use std::io::Write as _;
 use std::path::Path;
+use std::time::{Duration, Instant};
 
 /// File of the case as resolved, in the folder of the outputs.
 pub const CASE: &str = "case.toml";
@@ -18,6 +20,11 @@ const UNPACKED: [&str; 2] = ["fluid_fmu", "structure_fmu"];
 const ROOM: &str = ".room";
 /// More than a summary takes.
 const ROOM_BYTES: usize = 64 << 10;
+/// How long the participants of a killed run, which may still write, have to end: longer than its guard gives
+/// them.
+const LEAVING: Duration = Duration::from_secs(3);
+/// Between two looks whether they have.
+const LOOK: Duration = Duration::from_millis(5);
 /// File of the summary.
 pub const SUMMARY: &str = "summary.json";
 
@@ -27,18 +34,14 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
     let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
     std::fs::create_dir_all(out).map_err(|e| folder(e.to_string()))?;
     let mut entries = std::fs::read_dir(out).map_err(|e| folder(e.to_string()))?;
-    let opened = File::open(out).map_err(|e| folder(e.to_string()))?;
-    match opened.try_lock() {
-        Err(TryLockError::WouldBlock) => return Err(folder("another run writes to it".to_owned())),
-        // Some file systems know no locks; the run does not depend on them.
-        Ok(()) | Err(TryLockError::Error(_)) => {}
-    }
+    let opened = locked(out)?;
     let written = files::read_text(&out.join(CASE), files::WORDS);
     let holds_a_run = written.is_ok_and(|text| text.lines().next() == Some(RESOLVED));
     if !holds_a_run && entries.next().is_some() {
         return Err(folder("it holds files that are not of an earlier run".to_owned()));
     }
-    for name in ["fluid", "structure", "walls", "failed_solve", "frames"].into_iter().chain(UNPACKED) {
+    let folders = ["fluid", "structure", "walls", "failed_solve", "frames", super::found::FOLDER];
+    for name in folders.into_iter().chain(UNPACKED) {
         remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
     }
     let files = [
@@ -61,12 +64,73 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
     for name in files {
         remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;
     }
-    let text = format!("{RESOLVED}\n\n{}", case.to_toml());
-    output::atomic::write_file(&out.join(CASE), text.as_bytes()).map_err(|e| folder(e.to_string()))?;
-    files::create(&out.join(ROOM))
-        .and_then(|mut room| room.write_all(&[0; ROOM_BYTES]))
-        .map_err(|e| folder(e.to_string()))?;
+    begin(out, case).map_err(folder)?;
     Ok(opened)
+}
+
+/// Locks the folder of a run that is to go on, and writes the case as it is now; what is made anew is
+/// removed.
+pub(crate) fn go_on(out: &Path, case: &Case) -> Result<File, RunError> {
+    let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
+    let opened = locked(out)?;
+    for name in UNPACKED {
+        remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
+    }
+    // Collections are made again of the snapshots that are there.
+    for name in [SUMMARY, ROOM, TRACE, "report.html", "fluid.pvd", "structure.pvd", "walls.pvd"] {
+        remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;
+    }
+    begin(out, case).map_err(folder)?;
+    Ok(opened)
+}
+
+/// Brings tables and snapshots of the run that a checkpoint is of into the folder of a branch: tables are
+/// copied, snapshots are the same files where the disk can do that.
+pub(crate) fn branch(out: &Path, found: &Found) -> Result<(), RunError> {
+    let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
+    let of = found.run();
+    for name in found.header.tables.keys().map(String::as_str).chain([output::columns::FILE]) {
+        let copied = files::open(&of.join(name), u64::MAX).and_then(|mut from| {
+            std::io::copy(&mut from, &mut files::create(&out.join(name))?)?;
+            Ok(())
+        });
+        copied.map_err(|error| folder(format!("{name} of the run could not be copied: {error}")))?;
+    }
+    for series in ["fluid", "structure", "walls"] {
+        let Ok(snapshots) = std::fs::read_dir(of.join(series)) else { continue };
+        files::folder(&out.join(series)).map_err(|e| folder(e.to_string()))?;
+        for snapshot in snapshots.flatten() {
+            let (from, to) = (snapshot.path(), out.join(series).join(snapshot.file_name()));
+            let taken = std::fs::hard_link(&from, &to).or_else(|_| std::fs::copy(&from, &to).map(drop));
+            taken.map_err(|error| folder(format!("{} could not be taken: {error}", from.display())))?;
+        }
+    }
+    Ok(())
+}
+
+/// The folder, locked while it is open. What a killed run left there still to end is waited for.
+fn locked(out: &Path) -> Result<File, RunError> {
+    let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
+    let opened = File::open(out).map_err(|e| folder(e.to_string()))?;
+    let deadline = Instant::now() + LEAVING;
+    loop {
+        match opened.try_lock() {
+            // Some file systems know no locks; the run does not depend on them.
+            Ok(()) | Err(TryLockError::Error(_)) => return Ok(opened),
+            Err(TryLockError::WouldBlock) if Instant::now() >= deadline => {
+                return Err(folder("another run writes to it".to_owned()));
+            }
+            Err(TryLockError::WouldBlock) => std::thread::sleep(LOOK),
+        }
+    }
+}
+
+/// Writes the case as resolved, and keeps room for the summary.
+fn begin(out: &Path, case: &Case) -> Result<(), String> {
+    let text = format!("{RESOLVED}\n\n{}", case.to_toml());
+    output::atomic::write_file(&out.join(CASE), text.as_bytes()).map_err(|e| e.to_string())?;
+    let room = files::create(&out.join(ROOM));
+    room.and_then(|mut room| room.write_all(&[0; ROOM_BYTES])).map_err(|e| e.to_string())
 }
 
 /// Gives room on the disk back for the summary, which then is there also where the disk is full.

@@ -1,5 +1,6 @@
 //! What the command line sets of a run, and why a run did not complete.
 
+use super::found::Found;
 use crate::launch;
 use crate::schemes::SchemeError;
 use crate::side::SideError;
@@ -23,6 +24,12 @@ pub struct Options {
     pub domain: Option<String>,
     /// Becomes true when the run is told to stop.
     pub stop: Arc<AtomicBool>,
+    /// Becomes true when somebody asks for a checkpoint; nothing where none are written, whatever the case
+    /// says.
+    pub checkpoints: Option<Arc<AtomicBool>>,
+    /// The checkpoint that the run goes on from, its last seam the one there. Of another folder than the
+    /// outputs', the run is a branch.
+    pub from: Option<Found>,
 }
 
 /// Why a run did not complete.
@@ -56,6 +63,26 @@ pub enum RunError {
         /// Which participant.
         role: Role,
     },
+    /// A checkpoint cannot be used.
+    #[error("failed to go on from {}: {what}", .path.display())]
+    Checkpoint {
+        /// Its file.
+        path: PathBuf,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// There is none to go on from.
+    #[error(
+        "failed to find a checkpoint in {} to go on from{}; set checkpoints.every, or --checkpoint-every, and start the run anew",
+        .path.display(),
+        told(.refused)
+    )]
+    NoCheckpoint {
+        /// The folder of the run.
+        path: PathBuf,
+        /// Why those that are there are none.
+        refused: Vec<RunError>,
+    },
     /// The folder of the outputs holds something else.
     #[error("failed to use {} as the folder of the outputs: {what}; choose another with --out", .path.display())]
     Folder {
@@ -64,6 +91,10 @@ pub enum RunError {
         /// What is wrong with it.
         what: String,
     },
+}
+
+fn told(refused: &[RunError]) -> String {
+    refused.iter().map(|error| format!("\n  {error}")).collect()
 }
 
 impl From<SideError> for RunError {

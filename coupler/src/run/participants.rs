@@ -19,10 +19,13 @@ use interfaces::{
     Address, Deadlines, Description, Direction, Expectations, Guarded, Participant, ParticipantError,
     RemoteParticipant, Result, Role, new_run, remove_stale,
 };
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::path::Path;
 use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use words::text::tame;
 
@@ -55,12 +58,28 @@ pub struct Participants {
     /// An address of the run, where it has any.
     address: Option<Address>,
     guard: Option<Guard>,
+    /// The folder of the outputs, locked.
+    folder: Option<File>,
+    interruption: Rc<Interruption>,
 }
 
 impl Participants {
-    /// None yet.
-    pub fn new(timing: Timing) -> Self {
-        Self { timing, sides: ByRole::new(), children: ByRole::new(), address: None, guard: None }
+    /// None yet, of a run that is told to stop by that flag, and whose locked folder this is.
+    pub fn new(timing: Timing, stop: &Arc<AtomicBool>, folder: Option<File>) -> Self {
+        Self {
+            timing,
+            sides: ByRole::new(),
+            children: ByRole::new(),
+            address: None,
+            guard: None,
+            folder,
+            interruption: Rc::new(Interruption::by(stop)),
+        }
+    }
+
+    /// From now on, who is told to stop waits so long for the window at hand. At first it does not wait.
+    pub(crate) fn be_patient(&self, patience: Duration) {
+        self.interruption.patience.set(patience);
     }
 
     /// Makes or starts all participants of the case, and waits until each was heard of. Whatever comes of it,
@@ -92,13 +111,13 @@ impl Participants {
             remove_stale(&address).map_err(failed)?;
             let expectations = Expectations { case_hash: case.hash(), dimension: case.general.dimension };
             let waits = deadlines(case, start == Start::ByHand);
-            let open =
-                RemoteParticipant::listen(&address, expectations, waits, &options.stop).map_err(failed)?;
+            let open = RemoteParticipant::listen(&address, expectations, waits, &self.interruption.waits_end);
+            let open = open.map_err(failed)?;
             self.address = Some(address.clone());
             listening.push((role, start, address, open));
         }
         if let Some(address) = &self.address {
-            self.guard = Some(Guard::start(solvers.executable, address)?);
+            self.guard = Some(Guard::start(solvers.executable, address, self.folder.as_ref())?);
         }
         for (role, start, address, _) in &listening {
             self.launch(*role, *start, address, &case.hash(), options, solvers)?;
@@ -246,12 +265,43 @@ impl Participants {
 
     /// Says how the process of that role ended, as far as we started one.
     fn alive(&self, role: Role) -> Alive {
-        match self.children.get(&role) {
-            Some(child) => {
-                let child = Rc::clone(child);
-                Box::new(move || child.borrow_mut().ended())
-            }
-            None => Box::new(|| None),
+        let (child, interruption) = (self.children.get(&role).map(Rc::clone), Rc::clone(&self.interruption));
+        Box::new(move || {
+            let ended = child.as_ref().and_then(|child| child.borrow_mut().ended());
+            interruption.look(ended.is_some());
+            ended
+        })
+    }
+}
+
+/// Ends waits for participants when the run is told to stop: at once, or after the window at hand.
+struct Interruption {
+    asked: Arc<AtomicBool>,
+    since: Cell<Option<Instant>>,
+    patience: Cell<Duration>,
+    /// What the waits look at.
+    waits_end: Arc<AtomicBool>,
+}
+
+impl Interruption {
+    fn by(stop: &Arc<AtomicBool>) -> Self {
+        Self {
+            asked: Arc::clone(stop),
+            since: Cell::new(None),
+            patience: Cell::new(Duration::ZERO),
+            waits_end: Arc::default(),
+        }
+    }
+
+    /// Several times a second, in every wait. What tells a run to stop often ends its participants too.
+    fn look(&self, participant_has_ended: bool) {
+        if !self.asked.load(Ordering::Relaxed) {
+            return;
+        }
+        let since = self.since.get().unwrap_or_else(Instant::now);
+        self.since.set(Some(since));
+        if participant_has_ended || since.elapsed() >= self.patience.get() {
+            self.waits_end.store(true, Ordering::Relaxed);
         }
     }
 }

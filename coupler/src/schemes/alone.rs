@@ -4,7 +4,7 @@ use super::{Accepted, SchemeError, Solver};
 use crate::schedule::Schedule;
 use crate::side::Side;
 use interfaces::TimeWindow;
-use words::bytes::{Reader, Writer};
+use words::bytes::{self, Reader, Writer};
 
 impl Solver for Side {
     fn window_limit(&self) -> f64 {
@@ -31,11 +31,11 @@ impl Solver for Side {
         [self]
     }
 
-    fn save(&mut self, state: &mut Writer) -> Result<(), SchemeError> {
-        Ok(Side::save(self, state)?)
+    fn save(&self, state: &mut Writer) {
+        Side::save(self, state);
     }
 
-    fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), SchemeError> {
-        Ok(Side::restore(self, state)?)
+    fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), bytes::Error> {
+        Side::restore(self, state)
     }
 }

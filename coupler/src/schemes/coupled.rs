@@ -9,7 +9,7 @@ use crate::schedule::Schedule;
 use crate::side::Side;
 use interfaces::TimeWindow;
 use interfaces::case::coupling::{Coupling, CouplingScheme};
-use words::bytes::{Reader, Writer};
+use words::bytes::{self, Reader, Writer};
 
 /// The scheme that a case chose.
 pub enum Scheme {
@@ -113,19 +113,18 @@ impl Solver for Coupled {
     }
 
     /// The explicit schemes remember nothing from window to window that the pair does not have.
-    fn save(&mut self, state: &mut Writer) -> Result<(), SchemeError> {
+    fn save(&self, state: &mut Writer) {
         state.text(self.scheme.name());
-        self.pair.save(state)?;
+        self.pair.save(state);
         if let Scheme::Implicit(scheme) = &self.scheme {
             scheme.save(state);
         }
-        Ok(())
     }
 
-    fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), SchemeError> {
+    fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), bytes::Error> {
         match state.text("scheme")? {
             scheme if scheme == self.scheme.name() => {}
-            other => return Err(state.refuse("scheme", other).into()),
+            other => return Err(state.refuse("scheme", other)),
         }
         self.pair.restore(state)?;
         if let Scheme::Implicit(scheme) = &mut self.scheme {

@@ -13,7 +13,7 @@ use interfaces::case::coupling::{
 };
 use interfaces::port::names;
 use interfaces::{Fields, Role, TimeWindow};
-use words::bytes::{Reader, Writer};
+use words::bytes::{self, Reader, Writer};
 
 /// A fluid and a structure whose fields were paired and initialised.
 pub struct Pair {
@@ -268,21 +268,21 @@ impl Pair {
         })
     }
 
-    /// Writes what the next windows depend on. Positions are those that the structure gives when it is
-    /// restored; [`residuals`](Self::residuals) and [`ending`](Self::ending) are of the last window alone.
-    pub fn save(&mut self, state: &mut Writer) -> Result<(), SchemeError> {
-        self.fluid.save(state)?;
-        self.structure.save(state)?;
+    /// Writes what the next windows depend on, but for the participants' own states. Positions are those that
+    /// the structure gives when it is restored; [`residuals`](Self::residuals) and [`ending`](Self::ending)
+    /// are of the last window alone.
+    pub fn save(&self, state: &mut Writer) {
+        self.fluid.save(state);
+        self.structure.save(state);
         for field in [&self.load, &self.accepted_load, &self.new_velocity] {
             state.f64s(field);
         }
         state.option(self.enforced.then_some(&self.enforced_load), |state, load| state.f64s(load));
         state.option(self.steady_state.as_ref(), |state, steady_state| steady_state.save(state));
-        Ok(())
     }
 
-    /// Goes to what [`save`](Self::save) wrote.
-    pub fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), SchemeError> {
+    /// Goes to what [`save`](Self::save) wrote, with participants that are in their own states.
+    pub fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), bytes::Error> {
         self.fluid.restore(state)?;
         self.structure.restore(state)?;
         self.accepted_position = self.structure.outputs.get(names::POSITION).map(<[f64]>::to_vec);
@@ -294,7 +294,7 @@ impl Pair {
         self.enforced = enforced.is_some();
         self.enforced_load = enforced.unwrap_or_else(|| self.load.clone());
         if state.bool("steady state")? != self.steady_state.is_some() {
-            return Err(state.refuse("steady state", "what this case does not ask for, or lacks").into());
+            return Err(state.refuse("steady state", "what this case does not ask for, or lacks"));
         }
         if let Some(steady_state) = &mut self.steady_state {
             steady_state.restore(state)?;

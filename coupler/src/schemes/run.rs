@@ -5,7 +5,7 @@ use crate::convergence::Residual;
 use crate::schedule::Schedule;
 use crate::side::Side;
 use interfaces::TimeWindow;
-use words::bytes::{Reader, Writer};
+use words::bytes::{self, Reader, Writer};
 
 /// What solves windows: a pair under its scheme, or one side alone.
 pub trait Solver {
@@ -35,11 +35,12 @@ pub trait Solver {
     /// The same, to be ended.
     fn sides_mut(&mut self) -> impl IntoIterator<Item = &mut Side>;
 
-    /// Writes all that the next windows depend on.
-    fn save(&mut self, state: &mut Writer) -> Result<(), SchemeError>;
+    /// Writes all that the next windows depend on, but for the participants' own states.
+    fn save(&self, state: &mut Writer);
 
-    /// Goes to what [`save`](Self::save) wrote in a run of the same case.
-    fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), SchemeError>;
+    /// Goes to what [`save`](Self::save) wrote in a run of the same case, with participants that are in their
+    /// own states.
+    fn restore(&mut self, state: &mut Reader<'_>) -> Result<(), bytes::Error>;
 }
 
 /// Points of the interface in an accepted state, fields flat, `components` doubles a vector.
@@ -58,8 +59,10 @@ pub struct InterfaceState<'a> {
     pub load: Option<&'a [f64]>,
 }
 
-/// First bytes of a run's state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscrun1";
+/// Name of the coupler's part of a run's state.
+const COUPLER: &str = "coupler";
+/// First bytes of that part; the last is the version of its layout.
+const MAGIC: &[u8; 8] = b"mnscrun2";
 
 /// A run between two windows: who solves, and the time.
 pub struct Run<S> {
@@ -85,20 +88,40 @@ impl<S: Solver> Run<S> {
         Ok(())
     }
 
-    /// The run between two windows, its participants included, as bytes.
-    pub fn save(&mut self) -> Result<Vec<u8>, SchemeError> {
+    /// Hands over the run between two windows in parts, by name: each participant's state under its role, and
+    /// the coupler's own. A part is given up before the next is made: there is no copy of the whole.
+    pub fn save<E: From<SchemeError>>(
+        &mut self,
+        mut part: impl FnMut(&str, &[u8]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for side in self.solver.sides_mut() {
+            let state = side.save_participant().map_err(SchemeError::from)?;
+            part(&side.role().to_string(), &state)?;
+        }
         let mut state = Writer::new(MAGIC);
         self.schedule.save(&mut state);
-        self.solver.save(&mut state)?;
-        Ok(state.finish())
+        self.solver.save(&mut state);
+        part(COUPLER, &state.finish())
     }
 
-    /// Goes to a state of a run of the same case, with participants that are initialised. What follows is
-    /// what followed it there, to the bit. After an error the run is of no use.
-    pub fn restore(&mut self, state: &[u8]) -> Result<(), SchemeError> {
-        let mut state = Reader::new("run's state", MAGIC, state)?;
+    /// Goes to a state of a run of the same case, of which it asks for the parts by name, with participants
+    /// that are initialised. What follows is what followed it there, to the bit. After an error the run is of
+    /// no use.
+    pub fn restore<E: From<SchemeError>>(
+        &mut self,
+        mut part: impl FnMut(&str) -> Result<Vec<u8>, E>,
+    ) -> Result<(), E> {
+        for side in self.solver.sides_mut() {
+            let state = part(&side.role().to_string())?;
+            side.restore_participant(&state).map_err(SchemeError::from)?;
+        }
+        Ok(self.restore_coupler(&part(COUPLER)?).map_err(SchemeError::from)?)
+    }
+
+    fn restore_coupler(&mut self, state: &[u8]) -> Result<(), bytes::Error> {
+        let mut state = Reader::new("coupler's state", MAGIC, state)?;
         self.schedule.restore(&mut state)?;
         self.solver.restore(&mut state)?;
-        Ok(state.finish()?)
+        state.finish()
     }
 }

@@ -11,15 +11,33 @@ use coupler::schemes::extrapolation::Extrapolation;
 use coupler::schemes::implicit::{Implicit, Unknowns};
 use coupler::schemes::parallel_explicit::ParallelExplicit;
 use coupler::schemes::serial_explicit::SerialExplicit;
-use coupler::schemes::{Coupled, Onward, Pair, Run, Scheme, Solver};
+use coupler::schemes::{Coupled, Onward, Pair, Run, Scheme, SchemeError, Solver};
 use coupler::side::Side;
 use interfaces::case::coupling::{AtLimit, LoadInWindow, SteadyQuantity, SteadyState, StructureVelocity};
 use interfaces::{Guarded, SubSteps};
 use partners::build;
+use std::collections::BTreeMap;
 
 /// Windows of a run, and how many of them before the state is taken.
 const WINDOWS: u64 = 24;
 const BEFORE: u64 = 11;
+
+/// A run's state: its parts by name.
+type Parts = BTreeMap<String, Vec<u8>>;
+
+fn saved<S: Solver>(run: &mut Run<S>) -> Parts {
+    let mut parts = Parts::new();
+    let kept: Result<(), SchemeError> = run.save(|name, bytes| {
+        parts.insert(name.to_owned(), bytes.to_vec());
+        Ok(())
+    });
+    kept.expect("mocks can be saved");
+    parts
+}
+
+fn restored<S: Solver>(run: &mut Run<S>, parts: &Parts) -> Result<(), SchemeError> {
+    run.restore(|name| Ok(parts[name].clone()))
+}
 
 fn side(words: &str) -> Side {
     Side::new(Box::new(Guarded::new(build(words).expect("a mock"))))
@@ -118,14 +136,14 @@ fn a_run_goes_on_from_its_state_to_the_bit_under_every_scheme_and_acceleration()
                 if before > 0 {
                     windows(&mut first, before);
                 }
-                let state = first.save().expect("mocks can be saved");
+                let state = saved(&mut first);
                 let mut second = coupled(scheme(), load_in_window);
-                second.restore(&state).expect("a state of the same case");
-                assert_eq!(second.save().expect("mocks can be saved"), state, "{name}, {before}");
+                restored(&mut second, &state).expect("a state of the same case");
+                assert_eq!(saved(&mut second), state, "{name}, {before}");
                 let rest = windows(&mut second, WINDOWS);
                 assert!(rest == undisturbed[before as usize..], "{name}, {load_in_window:?}, from {before}");
                 // What was saved is the state, not where the second has gone since; and it goes back.
-                second.restore(&state).expect("a state of the same case");
+                restored(&mut second, &state).expect("a state of the same case");
                 let again = windows(&mut second, WINDOWS);
                 assert!(
                     again == undisturbed[before as usize..],
@@ -156,7 +174,7 @@ fn one_side_alone_goes_on_too() {
     let mut first = make();
     drive(&mut first, BEFORE);
     let mut second = make();
-    second.restore(&first.save().expect("a mock can be saved")).expect("a state of the same case");
+    restored(&mut second, &saved(&mut first)).expect("a state of the same case");
     assert_eq!(drive(&mut second, WINDOWS), undisturbed[BEFORE as usize..]);
 }
 
@@ -165,10 +183,15 @@ fn what_is_no_state_of_this_run_is_refused() {
     let scheme = || implicit(quasi_newton(3, true), false, 1);
     let mut run = coupled(scheme(), LoadInWindow::Held);
     windows(&mut run, BEFORE);
-    let state = run.save().expect("mocks can be saved");
-    for length in 0..state.len() {
-        let cut = coupled(scheme(), LoadInWindow::Held).restore(&state[..length]);
-        assert!(cut.is_err(), "{length} of {} bytes", state.len());
+    let state = saved(&mut run);
+    assert_eq!(state.keys().map(String::as_str).collect::<Vec<_>>(), ["coupler", "fluid", "structure"]);
+    for (name, part) in &state {
+        for length in 0..part.len() {
+            let mut cut = state.clone();
+            cut.get_mut(name).expect("it is there").truncate(length);
+            let refused = restored(&mut coupled(scheme(), LoadInWindow::Held), &cut);
+            assert!(refused.is_err(), "{name}: {length} of {} bytes", part.len());
+        }
     }
     for other in [
         implicit(quasi_newton(3, true), true, 1),
@@ -177,49 +200,55 @@ fn what_is_no_state_of_this_run_is_refused() {
         implicit(Acceleration::Constant(0.3), false, 1),
         SerialExplicit { relaxation: 1.0, enforce: true, predict: true }.into(),
     ] {
-        let refused = coupled(other, LoadInWindow::Held).restore(&state).expect_err("another scheme's");
+        let refused = restored(&mut coupled(other, LoadInWindow::Held), &state);
+        let refused = refused.expect_err("another scheme's");
         assert!(refused.to_string().contains("state"), "{refused}");
     }
 }
 
 #[test]
-fn the_records_say_how_many_rows_they_had_and_their_sums_go_on() {
+fn records_go_on_in_the_tables_of_an_earlier_run() {
     let folder = || tempfile::tempdir().expect("a folder");
-    let make = |folder: &tempfile::TempDir| {
+    let make = |folder: &tempfile::TempDir, goes_on: bool| {
         let run = coupled(implicit(quasi_newton(3, true), false, 1), LoadInWindow::Held);
-        let wanted = Wanted { iterations: true, ..Wanted::default() };
+        let wanted = Wanted { iterations: true, goes_on, ..Wanted::default() };
         Recorded::create(run, folder.path(), &wanted, Announce::nobody()).expect("tables")
     };
-    let drive = |recorded: &mut Recorded<Coupled>, until: u64| {
-        let mut iterations = 0;
-        let driven = recorded.drive(|accepted, solver| {
-            iterations += solver.residuals().len() as u64;
-            if accepted.window.index + 1 == until { Onward::Stop } else { Onward::Continue }
-        });
-        driven.expect("mocks do not fail");
-        iterations
-    };
-    let (one, other) = (folder(), folder());
-    let mut first = make(&one);
-    let iterations = drive(&mut first, BEFORE);
-    let state = first.save().expect("mocks can be saved");
-    let mut second = make(&other);
-    let rows = second.restore(&state).expect("a state of the same case");
-    // Both mocks have probes or none: a row of the start and one of each window.
-    assert_eq!(rows[0], Some(BEFORE));
-    assert!(rows[1].is_none_or(|rows| rows == BEFORE + 1), "{rows:?}");
-    assert_eq!(rows[2], Some(iterations));
-    assert_eq!(second.save().expect("mocks can be saved"), state);
-    let last = |folder: &tempfile::TempDir, recorded: Recorded<Coupled>| {
-        drop(recorded);
-        let table = std::fs::read_to_string(folder.path().join("windows.csv")).expect("a table");
-        let header: Vec<String> =
-            table.lines().next().expect("a header").split(',').map(str::to_owned).collect();
-        let row: Vec<String> = table.lines().last().expect("a row").split(',').map(str::to_owned).collect();
-        let timed = |column: &str| column.ends_with("_seconds");
-        header.into_iter().zip(row).filter(|(column, _)| !timed(column)).collect::<Vec<_>>()
-    };
-    drive(&mut first, WINDOWS);
+    let drive =
+        |recorded: &mut Recorded<Coupled>, until: u64| {
+            let driven = recorded.drive(|accepted, _| {
+                if accepted.window.index + 1 == until { Onward::Stop } else { Onward::Continue }
+            });
+            driven.expect("mocks do not fail");
+        };
+    let (whole, interrupted) = (folder(), folder());
+    drive(&mut make(&whole, false), WINDOWS);
+    let mut first = make(&interrupted, false);
+    drive(&mut first, BEFORE);
+    let lengths = first.sync().expect("tables");
+    let mut state = Parts::new();
+    let kept: Result<(), SchemeError> = first.save(|name, bytes| {
+        state.insert(name.to_owned(), bytes.to_vec());
+        Ok(())
+    });
+    kept.expect("mocks can be saved");
+    // What came after the state is cut.
+    drive(&mut first, BEFORE + 5);
+    drop(first);
+    let mut second = make(&interrupted, true);
+    let done: Result<(), SchemeError> = second.restore(|name| Ok(state[name].clone()));
+    done.expect("a state of the same case");
+    second.go_on(&lengths).expect("tables as long as they were");
     drive(&mut second, WINDOWS);
-    assert_eq!(last(&one, first), last(&other, second), "the sums over the windows among them");
+    drop(second);
+    for name in ["windows.csv", "iterations.csv"] {
+        let table = |folder: &tempfile::TempDir| {
+            let mut table = output::table::read(&folder.path().join(name)).expect("a table");
+            let timed = table.names.iter().enumerate().filter(|(_, column)| column.ends_with("_seconds"));
+            let timed: Vec<usize> = timed.map(|(index, _)| index).collect();
+            timed.into_iter().for_each(|index| table.columns[index].clear());
+            table
+        };
+        assert_eq!(table(&interrupted), table(&whole), "{name}");
+    }
 }

@@ -23,6 +23,20 @@ impl Snapshots {
         Ok(Self { series, out: out.to_owned(), walls: None })
     }
 
+    /// Times (s) of the snapshots so far, of the fluid and of its walls.
+    pub fn times(&self) -> [&[f64]; 2] {
+        [self.series.times(), self.walls.as_ref().map_or(&[], Series::times)]
+    }
+
+    /// Goes on behind snapshots of these times (s).
+    pub fn go_on(&mut self, [fluid, walls]: [Vec<f64>; 2]) -> Result<()> {
+        self.series.go_on(fluid).map_err(failed)?;
+        match &mut self.walls {
+            Some(series) => series.go_on(walls).map_err(failed),
+            None => Ok(()),
+        }
+    }
+
     /// Writes the walls' particles at `time` (s), at which they are.
     pub fn write_walls<const D: usize>(&mut self, time: f64, walls: &Walls<D>) -> Result<()> {
         if walls.positions.is_empty() {

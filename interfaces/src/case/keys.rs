@@ -1,8 +1,9 @@
 //! The keys of a case, each declared once: name, meaning, type and range of a key are those of its field,
 //! here and in [`super::fluid`], [`super::structure`], [`super::motion`], [`super::probe`],
-//! [`super::coupling`] and the solvers' sections. A field whose schema is an `Option` may be left out, and
-//! `defaults` says what it is then.
+//! [`super::coupling`], [`super::checkpoints`] and the solvers' sections. A field whose schema is an `Option`
+//! may be left out, and `defaults` says what it is then.
 
+use super::checkpoints::Checkpoints;
 use super::coupling::Coupling;
 use super::fluid::Fluid;
 use super::geometry::PerAxis;
@@ -31,6 +32,9 @@ pub struct Case {
     /// The coupling of fluid and structure.
     #[schemars(with = "Option<AnyTable>")]
     pub coupling: Option<Coupling>,
+    /// Checkpoints, from which the run can go on.
+    #[serde(default)]
+    pub checkpoints: Checkpoints,
     /// Motions by name, for walls, clamps and probes.
     #[serde(default, rename = "motion", skip_serializing_if = "BTreeMap::is_empty")]
     pub motions: BTreeMap<String, Motion>,

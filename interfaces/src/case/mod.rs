@@ -9,7 +9,9 @@
 //! read; solvers bring [`section`]s of their own. All mistakes of a case are found before any is reported
 //! ([`CaseErrors`]). [`docs`] writes the tables of `docs/case-file.md`.
 
+mod changes;
 mod check;
+pub mod checkpoints;
 mod conform;
 pub mod coupling;
 mod defaults;
@@ -31,6 +33,7 @@ pub mod structure;
 pub mod unit;
 pub mod velocity;
 
+pub use changes::Change;
 pub use errors::{CaseError, CaseErrors};
 pub use findings::Findings;
 pub use geometry::{AxisBox, Ball, array};
@@ -38,6 +41,7 @@ pub use keys::{Case, General};
 pub use schema::schema;
 pub use section::Sections;
 
+use checkpoints::Checkpoints;
 use document::Document;
 use participant::StartWord;
 use sha2::{Digest, Sha256};
@@ -123,11 +127,13 @@ impl Case {
     }
 
     /// SHA-256, in hexadecimal, of what participants must agree on, by which processes find out whether they
-    /// run the same case: the case as resolved without `threads`, on which no result depends, without titles
-    /// and references, and without what names programs and files, which may be elsewhere for another.
+    /// run the same case: the case as resolved without `threads` and checkpoints, on which no result depends,
+    /// without titles and references, and without what names programs and files, which may be elsewhere for
+    /// another.
     pub fn hash(&self) -> String {
         let mut same = self.clone();
         (same.general.threads, same.general.title) = (0, String::new());
+        same.checkpoints = Checkpoints::default();
         same.references.clear();
         let starts = [
             same.fluid.as_mut().map(|fluid| &mut fluid.participant),

@@ -2,7 +2,7 @@
 //! and one that speaks the protocol by hand and wrongly.
 
 use crate::support::{Domain, Echo, HASH, exchange, expectations, load, long, window};
-use interfaces::protocol::{Hello, Kind, MessageHeader, Payload, Selection, VERSION, Welcome};
+use interfaces::protocol::{Hello, Kind, MessageHeader, PIECE, Payload, Selection, VERSION, Welcome};
 use interfaces::remote::Listening;
 use interfaces::transport::{Alive, Connection, Message, SharedMemory, WithinProcess};
 use interfaces::{
@@ -234,11 +234,11 @@ fn told(version: u32, reply: Reply) -> String {
 
 #[test]
 fn another_version_is_refused_with_both_numbers() {
-    for version in [1, 99] {
+    for version in [2, 99] {
         assert_eq!(
             told(version, |start| (*start, 0)),
             format!(
-                "the handshake found 1 mismatch(es):\n  protocol version: the coupler has 2, the participant has {version}"
+                "the handshake found 1 mismatch(es):\n  protocol version: the coupler has 3, the participant has {version}"
             )
         );
     }
@@ -250,9 +250,9 @@ fn another_version_is_refused_with_both_numbers() {
     let served = serving(&address, Echo::new(3, "none"));
     drop(coupler.receive(long().hello, during).unwrap());
     let welcome = serde_json::to_string(&Welcome { case_hash: HASH.to_owned(), dimension: 2 }).unwrap();
-    let header = MessageHeader { version: 1, ..MessageHeader::new(Kind::Welcome, 0) };
+    let header = MessageHeader { version: 2, ..MessageHeader::new(Kind::Welcome, 0) };
     coupler.send(header, &Payload::text(welcome.as_bytes()), true, during).unwrap();
-    let refused = vec!["protocol version: the coupler has 1, the participant has 2".to_owned()];
+    let refused = vec!["protocol version: the coupler has 2, the participant has 3".to_owned()];
     assert_eq!(served.join().unwrap(), Err(ServeError::Refused(refused)));
 }
 
@@ -274,7 +274,7 @@ fn answers_that_do_not_fit_the_request_are_refused_with_both_sides_named() {
         ),
         (
             |s| (MessageHeader { version: 7, ..MessageHeader::new(Kind::Solved, s.sequence) }, 13),
-            "`Solved` 2 of window 0, iteration 0 has protocol version 7 where 2 belongs",
+            "`Solved` 2 of window 0, iteration 0 has protocol version 7 where 3 belongs",
         ),
         (
             |s| (MessageHeader { kind: 77, ..MessageHeader::new(Kind::Solved, s.sequence) }, 13),
@@ -295,4 +295,36 @@ fn answers_that_do_not_fit_the_request_are_refused_with_both_sides_named() {
              (points × components: `position` 3 × 2, `velocity` 3 × 2)"
         )
     );
+}
+
+/// A state of two and a half pieces and one of exactly two, there and back, which is saved again.
+#[test]
+fn a_state_crosses_in_pieces() {
+    let domain = Domain::new();
+    // Of a state of 32 bytes and 16 a point.
+    for points in [5 * PIECE / 32, 2 * PIECE / 16 - 2] {
+        let make = || {
+            let address = address(&domain);
+            let listening = listen(&address);
+            let served = serving(&address, Echo::new(points, "none"));
+            (accept_hello(listening).unwrap(), served)
+        };
+        let (mut structure, served) = make();
+        exchange(&mut structure, points, 2).unwrap();
+        let sent = structure.meter().get().messages_sent;
+        let state = structure.save().unwrap();
+        assert_eq!(structure.meter().get().messages_sent - sent, state.len().div_ceil(PIECE) as u64);
+        assert!(state.len() >= 2 * PIECE && structure.save().unwrap() == state);
+        let (mut other, other_served) = make();
+        let description = other.describe().clone();
+        let fields = |direction| description.fields(direction, points);
+        other.initialize(0.0, &fields(Direction::In), &mut fields(Direction::Out)).unwrap();
+        other.restore(&state, &mut fields(Direction::Out)).unwrap();
+        assert!(other.save().unwrap() == state);
+        for (mut participant, served) in [(structure, served), (other, other_served)] {
+            participant.terminate().unwrap();
+            drop(participant);
+            served.join().unwrap().unwrap();
+        }
+    }
 }

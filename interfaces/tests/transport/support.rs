@@ -41,6 +41,7 @@ impl Echo {
             dimension: 2,
             ports,
             scalars: vec![energy],
+            saves: true,
             notes: vec![],
         };
         let (misdeed, at) = misdeed.split_once('@').unwrap_or((misdeed, "0"));

@@ -92,6 +92,7 @@ fn head(text: &mut String, summary: &Summary) {
 
 fn run_table(text: &mut String, summary: &Summary, probes: &Columns) {
     let mut rows: Vec<(&str, String)> = Vec::new();
+    rows.extend(summary.seams.iter().map(|seam| ("Seam", seam.words())));
     if let Some(condition) = &summary.condition_46 {
         let pair = |r: &crate::summary::Residual| format!("largest {}, rms {}", short(r.max), short(r.rms));
         rows.push(("Residual of (46) before", pair(&condition.before)));

@@ -1,5 +1,6 @@
 //! A writer killed at any moment leaves files that can be read.
 
+use output::checkpoint::{Checkpoint, Writing};
 use output::{ParticleFrame, Series, Summary, Table, pvd, table, vtu};
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -38,6 +39,10 @@ fn files_are_whole_after_a_kill() {
         }
         let rows = table::read(&dir.path().join("t.csv")).unwrap();
         assert!(rows.columns[0].iter().enumerate().all(|(row, &value)| value == row as f64));
+        let checkpoints = std::fs::read_dir(dir.path()).unwrap().map(|entry| entry.unwrap().path());
+        for path in checkpoints.filter(|path| path.extension().is_some_and(|ending| ending == "checkpoint")) {
+            assert_eq!(Checkpoint::open(&path).unwrap().part("state").unwrap().len(), 200_000);
+        }
         assert!(Summary::read(&dir.path().join("summary.json")).unwrap().windows > 0);
         output::write_report(dir.path(), &output::report::Shown::default()).unwrap();
     }
@@ -56,5 +61,8 @@ fn write_until_killed(dir: &Path) {
             series.write(&ParticleFrame { time, dimension: 2, positions: &positions, arrays: &[] }).unwrap();
         }
         rows.row(&[time, 1.0 / (time + 1.0)]).unwrap();
+        let mut checkpoint = Writing::begin(&dir.join(format!("{}.checkpoint", step % 2))).unwrap();
+        checkpoint.part("state", &[7; 200_000]).unwrap();
+        checkpoint.finish().unwrap();
     }
 }

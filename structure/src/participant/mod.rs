@@ -128,7 +128,7 @@ fn build<S: Solid<D>, const D: usize>(case: &Case) -> Result<(S, State<D>)> {
 }
 
 /// First bytes of a saved state; the last is the version of its layout.
-const MAGIC: &[u8; 8] = b"mnscstp1";
+const MAGIC: &[u8; 8] = b"mnscstp2";
 
 struct StructureParticipant<S: Solid<D>, const D: usize> {
     description: Description,
@@ -297,6 +297,7 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
         let mut state = bytes::Writer::new(MAGIC);
         state.f64(self.ready.window_limit);
         state.f64s(&self.ready.scalars);
+        state.f64s(self.snapshots.as_ref().map_or(&[], Snapshots::times));
         state.bytes(&self.accepted.to_bytes());
         Ok(state.finish())
     }
@@ -306,10 +307,14 @@ impl<S: Solid<D>, const D: usize> Participant for StructureParticipant<S, D> {
             let mut state = bytes::Reader::new("structure's state", MAGIC, state)?;
             let window_limit = state.f64("window limit")?;
             let scalars = state.f64s("scalars", Some(self.description.scalars.len()))?;
+            let times = state.f64s("times of snapshots", None)?;
             let own = state.bytes("particles")?;
-            state.finish().map(|()| (Readiness { window_limit, scalars }, own))
+            state.finish().map(|()| (Readiness { window_limit, scalars }, times, own))
         };
-        let (ready, own) = read().map_err(|error: bytes::Error| failed(error))?;
+        let (ready, times, own) = read().map_err(|error: bytes::Error| failed(error))?;
+        if let Some(snapshots) = &mut self.snapshots {
+            snapshots.go_on(times)?;
+        }
         self.accepted = State::from_bytes(own, self.solid.particles().len()).map_err(failed)?;
         self.ready.clone_from(&ready);
         self.give_motion(&self.accepted, outputs);
@@ -399,6 +404,7 @@ fn describe<const D: usize>(
         dimension: D,
         ports,
         scalars,
+        saves: true,
         notes: vec![],
     }
 }

@@ -24,6 +24,16 @@ impl<const D: usize> Snapshots<D> {
         Ok(Self { series, derived: Derived::default(), clamped })
     }
 
+    /// Times (s) of the snapshots so far.
+    pub fn times(&self) -> &[f64] {
+        self.series.times()
+    }
+
+    /// Goes on behind snapshots of these times (s).
+    pub fn go_on(&mut self, times: Vec<f64>) -> Result<()> {
+        self.series.go_on(times).map_err(failed)
+    }
+
     /// Writes the next snapshot.
     pub fn write(&mut self, solid: &mut impl Solid<D>, state: &State<D>) -> Result<()> {
         solid.derive(state, &mut self.derived).map_err(failed)?;

@@ -49,6 +49,7 @@ impl Idle {
                 dimension: 2,
                 ports,
                 scalars: vec![],
+                saves: true,
                 notes: vec![],
             },
             loads: if varies { (0..LOADS).map(load).collect() } else { Vec::new() },

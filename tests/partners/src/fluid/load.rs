@@ -47,6 +47,7 @@ impl Load {
                 given(names::NORMAL, Quantity::Normal),
             ],
             scalars,
+            saves: true,
             notes: vec![],
         }
     }

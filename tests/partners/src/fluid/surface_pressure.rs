@@ -61,6 +61,7 @@ impl Model for SurfacePressure {
                 port(names::FORCE, Quantity::Force, Direction::Out),
             ],
             scalars: components("force", "N", ScalarKind::Balance, 2),
+            saves: true,
             notes: vec![],
         }
     }

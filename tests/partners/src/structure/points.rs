@@ -115,6 +115,7 @@ impl Points {
             dimension: d,
             ports,
             scalars,
+            saves: true,
             notes: vec![],
         }
     }
