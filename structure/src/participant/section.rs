@@ -251,3 +251,39 @@ fn resolve_clamps(structure: &mut Structure, gradient: Gradient, dimension: usiz
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Table, material_of};
+    use crate::Law;
+
+    const COMMON: &str = "law = 'neo-hookean'\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000.0";
+    const RUBBER: &str = "law = 'ogden'\nconstants = [4e5, 1e5]\nexponents = [2.0, 4.0]\npoisson_ratio = 0.49\ndensity = 1100.0";
+
+    fn of(common: &str, own: &str) -> Result<super::Elastic, toml::de::Error> {
+        let table = |text: &str| -> Table { text.parse().unwrap() };
+        material_of(&table(common), &table(own), 2)
+    }
+
+    #[test]
+    fn what_a_body_leaves_out_is_as_in_the_common_material() {
+        assert_eq!(of(COMMON, "").unwrap(), super::material(&COMMON.parse().unwrap(), 2).unwrap());
+        let stiff = of(COMMON, "youngs_modulus = 5e6").unwrap();
+        assert_eq!((stiff.material.youngs_modulus, stiff.density), (5e6, 1000.0));
+        assert_eq!(stiff.material.law, Law::NeoHookean);
+        let other = of(COMMON, "law = 'saint-venant-kirchhoff'").unwrap();
+        assert_eq!((other.material.law, other.material.youngs_modulus), (Law::StVenantKirchhoff, 1e6));
+    }
+
+    /// `E = 2 (1 + ν) μ`: `μ = 2 C₁₀` of Yeoh's law, `½ Σ μ_p α_p` of Ogden's.
+    #[test]
+    fn constants_and_the_modulus_made_of_them_go_with_their_law() {
+        let rubber = of(COMMON, "law = 'yeoh'\nconstants = [2e5]").unwrap().material;
+        assert!((rubber.youngs_modulus - 2.0 * 1.3 * 4e5).abs() < 1e-3);
+        let softer = of(RUBBER, "constants = [2e5, 1e5]").unwrap().material;
+        assert!((softer.youngs_modulus - 2.0 * 1.49 * 4e5).abs() < 1e-3);
+        let plain = of(RUBBER, "law = 'neo-hookean'\nyoungs_modulus = 3e6").unwrap().material;
+        assert!(plain.wrong_constants().is_none());
+        assert!(of(RUBBER, "law = 'neo-hookean'").is_err());
+    }
+}
