@@ -28,8 +28,8 @@ pub struct Filling {
     pub positions: Vec<f64>,
     /// Volumes (m³).
     pub volumes: Vec<f64>,
-    /// Density (kg/m³).
-    pub density: f64,
+    /// Densities (kg/m³).
+    pub densities: Vec<f64>,
 }
 
 impl Filling {
@@ -37,7 +37,6 @@ impl Filling {
     pub fn of(case: &Case, spacing: f64) -> Self {
         let mut filling = Self::default();
         let Some(structure) = &case.structure else { return filling };
-        filling.density = structure.density();
         for body in &structure.bodies {
             let (counts, extent) = (body.bounds.lattice_counts(spacing), body.bounds.extent());
             let cell: Vec<f64> = extent.iter().zip(&counts).map(|(length, n)| length / *n as f64).collect();
@@ -49,6 +48,7 @@ impl Filling {
                     rest /= counts[axis];
                 }
                 filling.volumes.push(cell.iter().product());
+                filling.densities.push(structure.density_of(body));
             }
         }
         filling
@@ -205,7 +205,7 @@ impl Side for Structure {
             field.copy_from_slice(&self.filling.volumes);
         }
         if let Some(field) = given.get_mut(names::DENSITY) {
-            field.fill(self.filling.density);
+            field.copy_from_slice(&self.filling.densities);
         }
     }
 }

@@ -308,7 +308,7 @@ const VERY_LIGHT: f64 = 0.05;
 /// Advice for a structure that is so light that an explicit scheme may not be stable.
 fn very_light(case: &Case) -> Option<String> {
     let explicit = case.coupling.as_ref().is_some_and(|coupling| !coupling.scheme.is_implicit());
-    let ratio = case.structure.as_ref()?.density() / case.fluid.as_ref()?.density;
+    let ratio = case.structure.as_ref()?.least_density() / case.fluid.as_ref()?.density;
     (explicit && ratio < VERY_LIGHT).then(|| {
         format!(
             "the structure has {ratio:.2e} of the fluid's density: an explicit scheme may throw it apart where it is free; coupling.scheme = \"serial-implicit\" with coupling.compliance = false holds it"

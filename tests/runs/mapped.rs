@@ -22,7 +22,7 @@ fn filling() -> Filling {
     let positions: Vec<f64> = (0..160)
         .flat_map(|i| [spacing * (f64::from(i % 40) + 0.5), spacing * (f64::from(i / 40) + 0.5)])
         .collect();
-    Filling { volumes: vec![spacing * spacing; 160], positions, density: 1000.0 }
+    Filling { volumes: vec![spacing * spacing; 160], positions, densities: vec![1000.0; 160] }
 }
 
 fn choice(method: MappingMethod, rebuild: bool) -> Mapping {

@@ -17,7 +17,7 @@ pub struct Structure {
     /// Particle spacing Δx (m); that of `[case]` if left out.
     #[schemars(with = "Option<f64>", extend("exclusiveMinimum" = 0))]
     pub particle_spacing: f64,
-    /// Material of all bodies; the solver brings the keys.
+    /// Material of the bodies that name none of their own; the solver brings the keys.
     #[schemars(with = "AnyTable")]
     pub material: Table,
     /// Bodies.
@@ -43,10 +43,15 @@ pub struct Structure {
 }
 
 impl Structure {
-    /// Density of the material (kg/m³), which the fluid meets too; NaN where the material names none.
-    pub fn density(&self) -> f64 {
-        let density = self.material.get("density");
+    /// Density of a body (kg/m³), which the fluid meets too; NaN where no material of it names one.
+    pub fn density_of(&self, body: &Body) -> f64 {
+        let density = body.material.get("density").or_else(|| self.material.get("density"));
         density.and_then(|d| d.as_float().or(d.as_integer().map(|d| d as f64))).unwrap_or(f64::NAN)
+    }
+
+    /// Density of the lightest body (kg/m³); NaN where no body has one.
+    pub fn least_density(&self) -> f64 {
+        self.bodies.iter().map(|body| self.density_of(body)).fold(f64::NAN, f64::min)
     }
 }
 
@@ -77,6 +82,11 @@ pub struct Body {
     /// no lattice along the axes.
     #[schemars(with = "Option<u32>", extend("maximum" = 100))]
     pub relaxation: u32,
+    /// Its own material, laid over `structure.material`: what is left out is as there. A body that names a
+    /// law gives that law's constants itself. The solver brings the keys.
+    #[serde(default, skip_serializing_if = "Table::is_empty")]
+    #[schemars(with = "AnyTable")]
+    pub material: Table,
 }
 
 impl Body {

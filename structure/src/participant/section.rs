@@ -1,5 +1,5 @@
-//! `[structure.numerics]`, `[structure.material]` and `[structure.contact]`: [`Options`], [`Material`] and
-//! [`ContactOptions`] as sections of the case.
+//! `[structure.numerics]`, `[structure.material]`, a body's own `material` and `[structure.contact]`:
+//! [`Options`], [`Material`] and [`ContactOptions`] as sections of the case.
 
 use crate::contact::ContactOptions;
 use crate::materials::{Law, Material, Plane};
@@ -17,12 +17,13 @@ pub const SECTIONS: Sections = Sections {
     schemas: &[
         ("structure.numerics", numerics_schema),
         ("structure.material", material_schema),
+        ("structure.body.material", own_material_schema),
         ("structure.contact", contact_schema),
     ],
     resolve,
 };
 
-/// Material of all bodies.
+/// Material of a body, or of those that name none.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[schemars(extend("additionalProperties" = false))]
 pub struct Elastic {
@@ -47,6 +48,15 @@ fn contact_schema() -> Json {
 
 fn material_schema() -> Json {
     schema_of::<Elastic>(&assumption(Plane::Strain))
+}
+
+/// As the material of all bodies, and every key may be left out.
+fn own_material_schema() -> Json {
+    let mut schema = schema_of::<Elastic>(&Table::new());
+    if let Some(keys) = schema.as_object_mut() {
+        keys.remove("required");
+    }
+    schema
 }
 
 fn assumption(plane: Plane) -> Table {
@@ -76,8 +86,7 @@ pub fn contact(written: &Table) -> Result<ContactOptions, toml::de::Error> {
 /// A key or value that is none; a checked case has none.
 pub fn material(written: &Table, dimension: usize) -> Result<Elastic, toml::de::Error> {
     let plane = if dimension == 2 { Plane::Strain } else { Plane::ThreeDimensional };
-    let law = written.get("law").and_then(|law| Law::deserialize(law.clone()).ok());
-    if written.contains_key("youngs_modulus") || !law.is_some_and(Law::has_constants) {
+    if written.contains_key("youngs_modulus") || !law_of(written).is_some_and(Law::has_constants) {
         return laid_over(&assumption(plane), written);
     }
     // What is left out of a law with constants, until they say it.
@@ -90,15 +99,50 @@ pub fn material(written: &Table, dimension: usize) -> Result<Elastic, toml::de::
     Ok(elastic)
 }
 
+/// The material of a body with one of its own, which is laid over the `common` one. A law and its stiffness
+/// are one thing: a body that names another law does not take over constants, nor a modulus made of them.
+///
+/// # Errors
+/// A key or value that is none; a checked case has none.
+pub fn material_of(common: &Table, own: &Table, dimension: usize) -> Result<Elastic, toml::de::Error> {
+    let from_constants = |table| law_of(table).is_some_and(Law::has_constants);
+    let mut whole = common.clone();
+    if own.contains_key("law") && law_of(own) != law_of(common) {
+        whole.remove("constants");
+        whole.remove("exponents");
+    }
+    if from_constants(common) || from_constants(own) {
+        whole.remove("youngs_modulus");
+    }
+    material(&laid_over(&whole, own)?, dimension)
+}
+
 fn resolve(file: &mut Case, findings: &mut Findings) {
     let dimension = file.general.dimension;
     let Some(structure) = &mut file.structure else { return };
-    match material(&structure.material, dimension) {
+    let common = structure.material.clone();
+    match material(&common, dimension) {
         Ok(material) => {
             structure.material = to_table(&material);
-            check_material(&material.material, dimension, findings);
+            check_material("structure.material", &material.material, dimension, findings);
         }
         Err(error) => findings.add("structure.material", error.message(), "compare it with the schema"),
+    }
+    for (i, body) in structure.bodies.iter_mut().enumerate().filter(|(_, body)| !body.material.is_empty()) {
+        let key = format!("structure.body.{i}.material");
+        let names = |name| body.material.contains_key(name);
+        if names("law") && !names("youngs_modulus") && lacks_modulus(&common, &body.material) {
+            let problem = "is left out, and structure.material has it from its law's constants";
+            findings.add(format!("{key}.youngs_modulus"), problem, "give it, in Pa");
+            continue;
+        }
+        match material_of(&common, &body.material, dimension) {
+            Ok(material) => {
+                body.material = to_table(&material);
+                check_material(&key, &material.material, dimension, findings);
+            }
+            Err(error) => findings.add(&key, error.message(), "compare it with the schema"),
+        }
     }
     match contact(&structure.contact) {
         Ok(options) => structure.contact = to_table(&options),
@@ -118,6 +162,15 @@ fn resolve(file: &mut Case, findings: &mut Findings) {
         }
         Err(error) => findings.add("structure.numerics", error.message(), "compare it with the schema"),
     }
+}
+
+/// Whether a body's law wants a modulus that the common material has not, as its law has constants.
+fn lacks_modulus(common: &Table, own: &Table) -> bool {
+    law_of(common).is_some_and(Law::has_constants) && law_of(own).is_some_and(|law| !law.has_constants())
+}
+
+fn law_of(material: &Table) -> Option<Law> {
+    material.get("law").and_then(|law| Law::deserialize(law.clone()).ok())
 }
 
 /// Bodies bend by the quadratic gradient only where they are three layers of particles thick.
@@ -140,31 +193,32 @@ fn check_layers(structure: &Structure, findings: &mut Findings) {
     }
 }
 
-fn check_material(material: &Material, dimension: usize, findings: &mut Findings) {
+fn check_material(section: &str, material: &Material, dimension: usize, findings: &mut Findings) {
+    let key = |name: &str| format!("{section}.{name}");
     match (dimension, material.assumption) {
         (2, Plane::ThreeDimensional) => {
             let remedy = "take \"plane-strain\" or \"plane-stress\"";
-            return findings.add("structure.material.assumption", "does not fit two dimensions", remedy);
+            return findings.add(key("assumption"), "does not fit two dimensions", remedy);
         }
         (3, Plane::Strain | Plane::Stress) => {
             let problem = "does not fit three dimensions";
-            return findings.add("structure.material.assumption", problem, "leave it out");
+            return findings.add(key("assumption"), problem, "leave it out");
         }
         _ => {}
     }
-    if let Some((key, problem, remedy)) = material.wrong_constants() {
-        return findings.add(format!("structure.material.{key}"), problem, remedy);
+    if let Some((name, problem, remedy)) = material.wrong_constants() {
+        return findings.add(key(name), problem, remedy);
     }
     if let Some(modulus) = material.modulus_of_constants()
         && (modulus / material.youngs_modulus - 1.0).abs() > 1e-9
     {
         let problem = format!("is not that of the constants, {modulus:.6e} Pa");
-        return findings.add("structure.material.youngs_modulus", problem, "leave it out");
+        return findings.add(key("youngs_modulus"), problem, "leave it out");
     }
     let ratio = material.poisson_ratio;
     if ratio <= -1.0 || ratio >= 0.5 {
         let remedy = "take 0.3 for metals, 0.4 to 0.49 for rubber";
-        findings.add("structure.material.poisson_ratio", "must be over -1 and under 0.5", remedy);
+        findings.add(key("poisson_ratio"), "must be over -1 and under 0.5", remedy);
     }
 }
 
@@ -195,5 +249,41 @@ fn resolve_clamps(structure: &mut Structure, gradient: Gradient, dimension: usiz
             let problem = "is held by fixed points, which the first-order gradient does not see";
             findings.add(format!("{key}.circle"), problem, "take the quadratic gradient, or a box");
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Table, material_of};
+    use crate::Law;
+
+    const COMMON: &str = "law = 'neo-hookean'\nyoungs_modulus = 1e6\npoisson_ratio = 0.3\ndensity = 1000.0";
+    const RUBBER: &str = "law = 'ogden'\nconstants = [4e5, 1e5]\nexponents = [2.0, 4.0]\npoisson_ratio = 0.49\ndensity = 1100.0";
+
+    fn of(common: &str, own: &str) -> Result<super::Elastic, toml::de::Error> {
+        let table = |text: &str| -> Table { text.parse().unwrap() };
+        material_of(&table(common), &table(own), 2)
+    }
+
+    #[test]
+    fn what_a_body_leaves_out_is_as_in_the_common_material() {
+        assert_eq!(of(COMMON, "").unwrap(), super::material(&COMMON.parse().unwrap(), 2).unwrap());
+        let stiff = of(COMMON, "youngs_modulus = 5e6").unwrap();
+        assert_eq!((stiff.material.youngs_modulus, stiff.density), (5e6, 1000.0));
+        assert_eq!(stiff.material.law, Law::NeoHookean);
+        let other = of(COMMON, "law = 'saint-venant-kirchhoff'").unwrap();
+        assert_eq!((other.material.law, other.material.youngs_modulus), (Law::StVenantKirchhoff, 1e6));
+    }
+
+    /// `E = 2 (1 + ν) μ`: `μ = 2 C₁₀` of Yeoh's law, `½ Σ μ_p α_p` of Ogden's.
+    #[test]
+    fn constants_and_the_modulus_made_of_them_go_with_their_law() {
+        let rubber = of(COMMON, "law = 'yeoh'\nconstants = [2e5]").unwrap().material;
+        assert!((rubber.youngs_modulus - 2.0 * 1.3 * 4e5).abs() < 1e-3);
+        let softer = of(RUBBER, "constants = [2e5, 1e5]").unwrap().material;
+        assert!((softer.youngs_modulus - 2.0 * 1.49 * 4e5).abs() < 1e-3);
+        let plain = of(RUBBER, "law = 'neo-hookean'\nyoungs_modulus = 3e6").unwrap().material;
+        assert!(plain.wrong_constants().is_none());
+        assert!(of(RUBBER, "law = 'neo-hookean'").is_err());
     }
 }

@@ -29,11 +29,11 @@ const TOUCHING: f64 = 1e-6;
 /// The setup that the case describes.
 pub fn from_case<const D: usize>(case: &Case) -> Result<Made<D>> {
     let structure = case.structure.as_ref().ok_or_else(|| failed("the case has no structure"))?;
-    let Elastic { material, density } =
-        section::material(&structure.material, case.general.dimension).map_err(failed)?;
     let (mut bodies, mut velocities, mut motions) = (Vec::new(), Vec::new(), Vec::new());
     for part in &structure.bodies {
         let (low, high) = corners::<D>(&part.bounds);
+        let own = section::material_of(&structure.material, &part.material, case.general.dimension);
+        let Elastic { material, density } = own.map_err(failed)?;
         let mut body = Body::block(low, high, structure.particle_spacing, material, density);
         let clamps: Vec<&Clamp> = structure.clamps.iter().filter(|c| c.body == part.name).collect();
         let mut arcs = Vec::new();

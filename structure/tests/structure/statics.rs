@@ -216,3 +216,38 @@ fn cooks_membrane_does_not_lock_and_has_a_smooth_pressure() {
         assert!(rough < 0.1 * range, "{poisson_ratio}: {rough} of {range}");
     }
 }
+
+/// Two cantilevers of one case, apart from each other, of moduli 1 and 4: each bends as it does alone, to the
+/// bit of its own step, and tips are 4 to 1 under one force (linear: deflections are 1e-4 of the length).
+#[test]
+fn bodies_have_materials_of_their_own() {
+    use structure::{Gradient, Load};
+    let bar = |modulus: f64, at: f64| {
+        let material = Material::new(Law::StVenantKirchhoff, modulus, 0.3, Plane::Strain);
+        Body::block(Vector::from([0.0, at]), Vector::from([1.0, at + 0.2]), 0.05, material, 1000.0).clamp(
+            0,
+            Side::Low,
+            Gradient::Quadratic,
+            1.0,
+        )
+    };
+    let tip = |bodies: Vec<Body<2>>| {
+        let mut setup = Setup::new(bodies);
+        setup.gravity = Vector::from([0.0, -1e-3]);
+        setup.options.damping = 13.0;
+        let mut structure = TotalLagrangian::new(setup).unwrap();
+        let mut from = structure.state_at_rest(0.0);
+        let mut to = from.clone();
+        for _ in 0..40 {
+            structure.advance(&from, &mut to, 0.05, 100, &Load::None).unwrap();
+            std::mem::swap(&mut from, &mut to);
+        }
+        let particles = structure.particles();
+        let moved = particles.displacements(&from.positions);
+        let count = moved.len() / particles.setup.bodies.len();
+        moved.chunks(count).map(|body| body.iter().map(|u| -u[1]).fold(0.0, f64::max)).collect::<Vec<f64>>()
+    };
+    let together = tip(vec![bar(1e6, 0.0), bar(4e6, 1.0)]);
+    assert_eq!(together, [tip(vec![bar(1e6, 0.0)])[0], tip(vec![bar(4e6, 1.0)])[0]]);
+    assert!((together[0] / together[1] - 4.0).abs() < 0.01, "{together:?}");
+}

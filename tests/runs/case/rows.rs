@@ -78,6 +78,9 @@ pub const ROWS: &[(&str, &str, &str)] = &[
     ("law = \"saint-venant-kirchhoff\"",
      "law = \"mooney-rivlin\"\nconstants = [1e6, 2e5]",
      "line 30: structure.material.youngs_modulus = 1000000.0: is not that of the constants, 6.240000e6 Pa; leave it out"),
+    ("face = \"right\"\n",
+     "face = \"right\"\n[[structure.body]]\nname = \"soft\"\nbox = { low = [3.0, 0.0], high = [4.0, 0.1] }\nmaterial = { poisson_ratio = 0.5 }\n",
+     "line 45: structure.body.1.material.poisson_ratio = 0.5: must be over -1 and under 0.5; take 0.3 for metals, 0.4 to 0.49 for rubber"),
     // Sizes, counted before anything is made.
     ("output_interval = 0.01",
      "output_interval = 1e-9",
