@@ -128,7 +128,7 @@ fn resolve(file: &mut Case, findings: &mut Findings) {
         }
         Err(error) => findings.add("structure.material", error.message(), "compare it with the schema"),
     }
-    for (i, body) in structure.bodies.iter_mut().enumerate().filter(|(_, body)| !body.material.is_empty()) {
+    for (i, body) in structure.bodies.iter().enumerate().filter(|(_, body)| !body.material.is_empty()) {
         let key = format!("structure.body.{i}.material");
         let names = |name| body.material.contains_key(name);
         if names("law") && !names("youngs_modulus") && lacks_modulus(&common, &body.material) {
@@ -137,10 +137,8 @@ fn resolve(file: &mut Case, findings: &mut Findings) {
             continue;
         }
         match material_of(&common, &body.material, dimension) {
-            Ok(material) => {
-                body.material = to_table(&material);
-                check_material(&key, &material.material, dimension, findings);
-            }
+            // It stays as it is written, so that the common material may still change under it.
+            Ok(material) => check_material(&key, &material.material, dimension, findings),
             Err(error) => findings.add(&key, error.message(), "compare it with the schema"),
         }
     }
