@@ -2,7 +2,9 @@
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use output::report::View;
+use std::num::NonZeroUsize;
 use std::path::PathBuf;
+use validation::sweep::Over;
 
 /// Couples a particle fluid (ISPH) and an elastic structure (TLSPH), each a process of its own, over shared
 /// memory.
@@ -25,6 +27,7 @@ Examples:
   meniscus export-fmu cases/oscillating_plate -o plate.fmu    the structure for FMPy and other FMI tools
   meniscus run my_case.toml --set structure.participant.fmu=plate.fmu    an FMU in the place of a solver
   meniscus run --resume out/elastic_gate                go on from the last checkpoint of a run
+  meniscus sweep my_case.toml --over structure.material.youngs_modulus=0.5e6,1e6,4e6    one run for each modulus
   meniscus mock --help                                  partners to test a solver of your own against";
 
 /// Exit codes: 0 done, 1 failed, 2 the case or the arguments are wrong, 130 interrupted.
@@ -41,6 +44,9 @@ pub enum Command {
     /// Run cases at several resolutions and hold them against their references; exit code 1 if one misses its
     /// tolerance
     Validate(Validate),
+    /// Run a case at every combination of some values of its keys, and lay the curves side by side; the same
+    /// command goes on with a sweep that was cut off
+    Sweep(Sweep),
     /// Serve a case's fluid to a coupler (started by `run`, or by hand)
     Fluid(Solver),
     /// Serve a case's structure to a coupler (started by `run`, or by hand)
@@ -271,6 +277,27 @@ pub struct Validate {
     /// Show no progress
     #[arg(long)]
     pub quiet: bool,
+}
+
+/// `meniscus sweep`.
+#[derive(Args)]
+pub struct Sweep {
+    /// The case.
+    #[command(flatten)]
+    pub case: CaseArguments,
+    /// A key and its values, for example --over structure.material.youngs_modulus=0.5e6,1e6,4e6; repeatable,
+    /// for all combinations
+    #[arg(long, value_name = "KEY=VALUE,VALUE,…", required = true)]
+    pub over: Vec<Over>,
+    /// Members that run at once; they share the cores
+    #[arg(long, value_name = "N", default_value = "1")]
+    pub jobs: NonZeroUsize,
+    /// Folder of the outputs: sweep.csv, sweep.html, and a folder per member [default: out/<case>-sweep]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Make no report of each member
+    #[arg(long)]
+    pub no_report: bool,
 }
 
 /// The cases of `meniscus validate`: those whose `validation.toml` says so.

@@ -14,6 +14,7 @@ fn main() -> ExitCode {
         Command::Check(check) => commands::check::check(&check),
         Command::Report(report) => commands::report::report(&report),
         Command::Validate(validate) => commands::validate::validate(&validate),
+        Command::Sweep(sweep) => commands::sweep::sweep(&sweep),
         Command::Fluid(solver) => commands::participant::solver(&solver, interfaces::Role::Fluid),
         Command::Structure(solver) => commands::participant::solver(&solver, interfaces::Role::Structure),
         Command::Fmu(fmu) => commands::participant::fmu(&fmu),

@@ -9,6 +9,7 @@ pub mod report;
 pub mod resume;
 pub mod run;
 pub mod schema;
+pub mod sweep;
 pub mod validate;
 
 use crate::arguments::CaseArguments;

@@ -80,7 +80,7 @@ pub fn run(arguments: &Run) -> ExitCode {
 }
 
 /// `out/<name of the case>`: the folder of a case.toml names the case, any other file its own name.
-fn default_folder(case: &Path) -> PathBuf {
+pub fn default_folder(case: &Path) -> PathBuf {
     let named_by = if case.is_file() && case.file_name().is_some_and(|n| n == "case.toml") {
         case.parent().unwrap_or(case)
     } else {

@@ -22,5 +22,6 @@ mod restart;
 mod rolling;
 mod solvers;
 mod support;
+mod sweep;
 mod unit;
 mod within;

@@ -22,6 +22,7 @@ mod order;
 pub mod page;
 pub mod run;
 pub mod study;
+pub mod sweep;
 pub mod tables;
 
 pub use measure::MeasureError;
