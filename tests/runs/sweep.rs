@@ -27,7 +27,9 @@ fn a_member_that_fails_ends_no_other_and_the_next_sweep_takes_what_is_there() {
     assert!(ended.text.contains("pressure_iterations_limit = 400: was there"), "{}", ended.text);
     assert!(ended.text.contains("pressure_iterations_limit = 500: completed"), "{}", ended.text);
     let page = fs::read_to_string(bench.path("out").join("sweep.html")).expect("a page");
-    assert!(page.contains("pressure_iterations_limit = 500") && page.contains("pressure_iterations_limit = 400"));
+    assert!(
+        page.contains("pressure_iterations_limit = 500") && page.contains("pressure_iterations_limit = 400")
+    );
 
     // Mistakes of all members come before any of them is run.
     let ended = over("-1,\"many\"");

@@ -93,9 +93,9 @@ pub fn members(options: &Options) -> std::result::Result<Vec<Member>, Vec<(Strin
     if mistakes.is_empty() { Ok(members) } else { Err(mistakes) }
 }
 
-/// Runs all members, at most [`Options::jobs`] at once, and tells of each as it ends: how many have, the member,
-/// its result. One that fails ends none of the others. The results are in the members' order; those that were
-/// not begun when the sweep was told to stop have none.
+/// Runs all members, at most [`Options::jobs`] at once, and tells of each as it ends: how many have, the
+/// member, its result. One that fails ends none of the others. The results are in the members' order; those
+/// that were not begun when the sweep was told to stop have none.
 pub fn run(
     members: &[Member],
     options: &Options,

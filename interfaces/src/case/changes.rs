@@ -59,7 +59,9 @@ impl Change {
 
     /// Whether a state from before is none of the case now.
     pub fn is_of_state(&self) -> bool {
-        OF_STATE.iter().any(|key| self.is_below(key))
+        // A body's own material is none of it, as that of all bodies is not.
+        let mut words = self.key.strip_prefix("structure.body.").unwrap_or("").split('.');
+        OF_STATE.iter().any(|key| self.is_below(key)) && words.nth(1) != Some("material")
     }
 
     fn is_below(&self, key: &str) -> bool {
@@ -109,5 +111,18 @@ fn flatten(path: &str, value: &Value, flat: &mut BTreeMap<String, String>) {
         _ => {
             flat.insert(path.to_owned(), value.to_string());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Change;
+
+    #[test]
+    fn a_branch_may_have_other_materials_and_no_other_bodies() {
+        let of_state = |key: &str| Change { key: key.to_owned(), before: None, now: None }.is_of_state();
+        assert!(of_state("structure.body.0.box.low") && of_state("structure.body.1.name"));
+        assert!(!of_state("structure.body.0.material.youngs_modulus"));
+        assert!(!of_state("structure.material.youngs_modulus"));
     }
 }

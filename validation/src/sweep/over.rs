@@ -103,7 +103,8 @@ impl Overs {
         let words: Vec<String> =
             self.keys().zip(values).map(|(key, value)| format!("{}-{value}", self.short(key))).collect();
         let whole = words.join("_");
-        let name: String = whole.chars().map(safe).collect::<String>().trim_start_matches(['.', '-']).to_owned();
+        let name: String =
+            whole.chars().map(safe).collect::<String>().trim_start_matches(['.', '-']).to_owned();
         if name == whole && name.len() <= LONGEST {
             return name;
         }

@@ -29,12 +29,12 @@ pub fn write(results: &[Result], overs: &Overs, out: &Path) -> output::Result<Pa
         cells.extend([
             summary.status.word().to_owned(),
             summary.windows.to_string(),
-            summary.simulated_seconds.to_string(),
+            number(summary.simulated_seconds),
             format!("{:.3}", summary.wall_seconds),
             summary.message.clone().unwrap_or_default(),
         ]);
         for probe in &probes {
-            let of = |e: &Extremes| [e.max, e.max_time, e.min, e.min_time].map(|value| value.to_string());
+            let of = |e: &Extremes| [e.max, e.max_time, e.min, e.min_time].map(number);
             cells.extend(summary.probes.get(*probe).map(of).unwrap_or_default());
         }
         text += &row(cells);
@@ -42,6 +42,11 @@ pub fn write(results: &[Result], overs: &Overs, out: &Path) -> output::Result<Pa
     let path = out.join(FILE);
     output::atomic::write_file(&path, text.as_bytes())?;
     Ok(path)
+}
+
+/// All digits of a number, in few characters; nothing for one that is none.
+fn number(value: f64) -> String {
+    if value.is_finite() { format!("{value:?}") } else { String::new() }
 }
 
 /// A line of comma-separated values; what has a comma, a quote or a line's end in it stands in quotes.
