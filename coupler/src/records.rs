@@ -30,6 +30,8 @@ pub const INTERVALS: &str = "probes_intervals.csv";
 
 /// File of one row an iteration; only with an implicit scheme.
 pub const ITERATIONS: &str = "iterations.csv";
+/// All tables that a run may have.
+pub const TABLES: [&str; 4] = [WINDOWS, PROBES, INTERVALS, ITERATIONS];
 /// A row is due up to this part of the interval before: rounding of the sum of window sizes.
 const ON_TIME: f64 = 1e-9;
 

@@ -22,6 +22,7 @@ use crate::side::Side;
 use crate::timing::Timing;
 use crate::trace::{TRACE, Trace};
 use checkpoints::{Checkpoints, Written, patience};
+use folder::Held;
 use interfaces::Direction::Out;
 use interfaces::case::Case;
 use interfaces::case::participant::Start;
@@ -46,7 +47,7 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
     // Held until the end: a second run into the same folder is refused.
     let folder = callable(case, options).and_then(|()| prepare(case, options));
     let Outcome { result, ending, known } = match &folder {
-        Ok(folder) => couple(case, options, solvers, folder.try_clone().ok()),
+        Ok(held) => couple(case, options, solvers, held.folder.try_clone().ok()),
         Err(_) => Outcome::default(),
     };
     let mut summary = Summary {
@@ -81,10 +82,10 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
 }
 
 /// The folder of the outputs: made anew, that of the run that goes on, or that of a branch of it.
-fn prepare(case: &Case, options: &Options) -> Result<File, RunError> {
+fn prepare(case: &Case, options: &Options) -> Result<Held, RunError> {
     let Some(from) = &options.from else { return folder::prepare(&options.out, case) };
     if from.is_of(&options.out) {
-        return folder::go_on(&options.out, case);
+        return folder::go_on(&options.out, case, from);
     }
     let folder = folder::prepare(&options.out, case)?;
     folder::branch(&options.out, from).map(|()| folder)

@@ -78,6 +78,12 @@ pub fn from(arguments: &Run, case: &Case) -> Result<Option<Found>, ExitCode> {
         return Err(failed("a branch is a run of its own: give another folder with --out"));
     }
     if let Some(reached) = reached(&dir, &found, case, is_branch) {
+        if is_branch {
+            return Err(failed(format_args!(
+                "nothing is left to branch: the run in {} {reached}",
+                dir.display()
+            )));
+        }
         say(format_args!("nothing to do: the run in {} {reached}", dir.display()));
         return Err(ExitCode::SUCCESS);
     }

@@ -400,3 +400,21 @@ fn a_hundred_kills() {
         }
     }
 }
+
+/// While a run lives nobody goes on with it or starts another in its folder, and nothing of it is touched.
+#[test]
+fn a_living_run_keeps_its_folder() {
+    let case = Case::of_mocks("0.02");
+    let words = [case.file.as_str(), "--set", "checkpoints.every=0.003", "--no-report"];
+    let running = case.bench.start_run("out", &words);
+    until("a checkpoint", || (!case.checkpoints("out").is_empty()).then_some(()));
+    let out = case.bench.path("out").display().to_string();
+    let again = case.bench.call(&["run", &case.file, "--out", &out, "--no-report"]);
+    for refused in [case.resume("out", &[]), again] {
+        assert_eq!(refused.status.code(), Some(1), "{}", refused.text);
+        assert!(refused.errors.contains("another run writes to it"), "{}", refused.errors);
+    }
+    let ended = running.wait();
+    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+    assert_eq!(case.bench.outputs("out").summary().status, Status::Completed);
+}

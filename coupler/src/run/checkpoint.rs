@@ -4,6 +4,7 @@
 use super::found::{FOLDER, Found, Header};
 use super::options::RunError;
 use super::recorded::Recorded;
+use crate::records;
 use crate::schemes::{SchemeError, Solver};
 use output::checkpoint::{Checkpoint, Writing};
 use output::files;
@@ -65,8 +66,12 @@ pub fn open(path: &Path) -> Result<Found, RunError> {
     let refuse = |what: String| RunError::Checkpoint { path: path.to_owned(), what };
     let mut file = Checkpoint::open(path)?;
     let header = serde_json::from_slice(&file.part(HEADER)?);
-    let header =
+    let header: Header =
         header.map_err(|error| refuse(format!("what it tells of the run cannot be read: {error}")))?;
+    // What a file says names no path.
+    if let Some(name) = header.tables.keys().find(|name| !records::TABLES.contains(&name.as_str())) {
+        return Err(refuse(format!("it tells of a table {name:?}, and a run has none of that name")));
+    }
     Ok(Found { path: path.to_owned(), header })
 }
 

@@ -1,5 +1,6 @@
 //! The folder of a run's outputs.
 
+use super::checkpoint;
 use super::found::Found;
 use super::options::RunError;
 use crate::trace::TRACE;
@@ -28,13 +29,22 @@ const LOOK: Duration = Duration::from_millis(5);
 /// File of the summary.
 pub const SUMMARY: &str = "summary.json";
 
+/// The locks of a run on its folder.
+pub(crate) struct Held {
+    /// The folder: held by the coupler and its guard, so that nobody writes there before what a killed run
+    /// left has ended.
+    pub folder: File,
+    /// The resolved case: held by the coupler alone, so that others know at once whether it lives.
+    _case: File,
+}
+
 /// Makes the folder, or empties it of an earlier run; writes the case as resolved. Gives the folder, locked
 /// while it is open.
-pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
+pub(crate) fn prepare(out: &Path, case: &Case) -> Result<Held, RunError> {
     let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
     std::fs::create_dir_all(out).map_err(|e| folder(e.to_string()))?;
     let mut entries = std::fs::read_dir(out).map_err(|e| folder(e.to_string()))?;
-    let opened = locked(out)?;
+    let locked = locked(out)?;
     let written = files::read_text(&out.join(CASE), files::WORDS);
     let holds_a_run = written.is_ok_and(|text| text.lines().next() == Some(RESOLVED));
     if !holds_a_run && entries.next().is_some() {
@@ -64,15 +74,18 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<File, RunError> {
     for name in files {
         remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;
     }
-    begin(out, case).map_err(folder)?;
-    Ok(opened)
+    begin(locked, out, case).map_err(folder)
 }
 
-/// Locks the folder of a run that is to go on, and writes the case as it is now; what is made anew is
-/// removed.
-pub(crate) fn go_on(out: &Path, case: &Case) -> Result<File, RunError> {
+/// Locks the folder of a run that is to go on from what was `found` in it, and writes the case as it is now;
+/// what is made anew is removed.
+pub(crate) fn go_on(out: &Path, case: &Case, found: &Found) -> Result<Held, RunError> {
     let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
-    let opened = locked(out)?;
+    let locked = locked(out)?;
+    // A run that lived when the checkpoint was found has written others since.
+    if !checkpoint::newest(out).is_ok_and(|(newest, _)| newest.path == found.path) {
+        return Err(folder("a run has just ended there; give the command again".to_owned()));
+    }
     for name in UNPACKED {
         remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
     }
@@ -80,8 +93,7 @@ pub(crate) fn go_on(out: &Path, case: &Case) -> Result<File, RunError> {
     for name in [SUMMARY, ROOM, TRACE, "report.html", "fluid.pvd", "structure.pvd", "walls.pvd"] {
         remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;
     }
-    begin(out, case).map_err(folder)?;
-    Ok(opened)
+    begin(locked, out, case).map_err(folder)
 }
 
 /// Brings tables and snapshots of the run that a checkpoint is of into the folder of a branch: tables are
@@ -108,7 +120,8 @@ pub(crate) fn branch(out: &Path, found: &Found) -> Result<(), RunError> {
     Ok(())
 }
 
-/// The folder, locked while it is open. What a killed run left there still to end is waited for.
+/// The folder, locked while it is open. What a killed run left there still to end is waited for; a run that
+/// lives is not.
 fn locked(out: &Path) -> Result<File, RunError> {
     let folder = |what: String| RunError::Folder { path: out.to_owned(), what };
     let opened = File::open(out).map_err(|e| folder(e.to_string()))?;
@@ -117,7 +130,7 @@ fn locked(out: &Path) -> Result<File, RunError> {
         match opened.try_lock() {
             // Some file systems know no locks; the run does not depend on them.
             Ok(()) | Err(TryLockError::Error(_)) => return Ok(opened),
-            Err(TryLockError::WouldBlock) if Instant::now() >= deadline => {
+            Err(TryLockError::WouldBlock) if is_alive(out) || Instant::now() >= deadline => {
                 return Err(folder("another run writes to it".to_owned()));
             }
             Err(TryLockError::WouldBlock) => std::thread::sleep(LOOK),
@@ -125,12 +138,24 @@ fn locked(out: &Path) -> Result<File, RunError> {
     }
 }
 
+/// Whether the coupler of the run in a folder lives. Between two runs' starts nobody may hold its case for a
+/// moment: then it is looked again.
+fn is_alive(out: &Path) -> bool {
+    File::open(out.join(CASE)).is_ok_and(|case| matches!(case.try_lock(), Err(TryLockError::WouldBlock)))
+}
+
 /// Writes the case as resolved, and keeps room for the summary.
-fn begin(out: &Path, case: &Case) -> Result<(), String> {
-    let text = format!("{RESOLVED}\n\n{}", case.to_toml());
-    output::atomic::write_file(&out.join(CASE), text.as_bytes()).map_err(|e| e.to_string())?;
+fn begin(folder: File, out: &Path, case: &Case) -> Result<Held, String> {
+    let (path, text) = (out.join(CASE), format!("{RESOLVED}\n\n{}", case.to_toml()));
+    output::atomic::write_file(&path, text.as_bytes()).map_err(|e| e.to_string())?;
+    let held = File::open(&path).map_err(|e| e.to_string())?;
+    // Some file systems know no locks; and one who looks whether we live holds it for no time.
+    while matches!(held.try_lock(), Err(TryLockError::WouldBlock)) {
+        std::thread::sleep(LOOK);
+    }
     let room = files::create(&out.join(ROOM));
-    room.and_then(|mut room| room.write_all(&[0; ROOM_BYTES])).map_err(|e| e.to_string())
+    room.and_then(|mut room| room.write_all(&[0; ROOM_BYTES])).map_err(|e| e.to_string())?;
+    Ok(Held { folder, _case: held })
 }
 
 /// Gives room on the disk back for the summary, which then is there also where the disk is full.
