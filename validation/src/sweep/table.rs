@@ -22,7 +22,7 @@ pub fn write(results: &[Result], overs: &Overs, out: &Path) -> output::Result<Pa
     for probe in &probes {
         heads.extend(["max", "max_time", "min", "min_time"].map(|of| format!("{probe}.{of}")));
     }
-    let mut text = row(heads);
+    let mut text = row(&heads);
     for Result { member, summary, .. } in results {
         let mut cells = vec![member.folder.clone()];
         cells.extend(member.values.iter().cloned());
@@ -37,7 +37,7 @@ pub fn write(results: &[Result], overs: &Overs, out: &Path) -> output::Result<Pa
             let of = |e: &Extremes| [e.max, e.max_time, e.min, e.min_time].map(number);
             cells.extend(summary.probes.get(*probe).map(of).unwrap_or_default());
         }
-        text += &row(cells);
+        text += &row(&cells);
     }
     let path = out.join(FILE);
     output::atomic::write_file(&path, text.as_bytes())?;
@@ -50,7 +50,7 @@ fn number(value: f64) -> String {
 }
 
 /// A line of comma-separated values; what has a comma, a quote or a line's end in it stands in quotes.
-fn row(cells: Vec<String>) -> String {
+fn row(cells: &[String]) -> String {
     let mut line = String::new();
     for (i, cell) in cells.iter().enumerate() {
         let comma = if i > 0 { "," } else { "" };
@@ -68,6 +68,6 @@ mod tests {
     #[test]
     fn cells_with_commas_and_quotes_are_one_cell() {
         let cells = ["a", "b,c", "say \"x\""].map(str::to_owned).to_vec();
-        assert_eq!(super::row(cells), "a,\"b,c\",\"say \"\"x\"\"\"\n");
+        assert_eq!(super::row(&cells), "a,\"b,c\",\"say \"\"x\"\"\"\n");
     }
 }
