@@ -292,7 +292,7 @@ pub struct Sweep {
     /// Members that run at once; they share the cores
     #[arg(long, value_name = "N", default_value = "1")]
     pub jobs: NonZeroUsize,
-    /// Folder of the outputs: sweep.csv, sweep.html, and a folder per member [default: out/<case>-sweep]
+    /// Folder of the outputs: sweep.csv, sweep.html, and a folder per member [default: out/CASE-sweep]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Make no report of each member
