@@ -3,42 +3,13 @@
 
 use std::path::Path;
 use std::process::Command;
+use tempfile::TempDir;
 
-#[test]
-fn the_structure_is_within_its_tolerances_at_the_coarsest_resolutions() {
-    let out = tempfile::tempdir().unwrap();
-    let cases = Path::new(env!("CARGO_MANIFEST_DIR")).join("cases");
-    let output = Command::new(env!("CARGO_BIN_EXE_meniscus"))
-        .args(["validate", "structure", "--coarse", "--quiet", "--cases"])
-        .arg(&cases)
-        .arg("--out")
-        .arg(out.path())
-        .output()
-        .expect("the command starts");
-    let (text, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "{text}\n{errors}");
-    for case in ["cantilever_block", "clamped_plate", "oscillating_plate", "static_cantilever", "turek_hron"]
-    {
-        assert!(text.contains(case), "{text}");
-    }
-    let validated = out.path().join("validate");
-    let table = std::fs::read_to_string(validated.join("validation.csv")).unwrap();
-    // A heading, then the judged measures: one of each static case, period and amplitude of the plate.
-    assert!(table.lines().count() >= 6, "{table}");
-    let page = std::fs::read_to_string(validated.join("validation.html")).unwrap();
-    assert!(
-        page.contains("<div class=\"chart\"") && page.contains("clamped_plate/static-4/report.html"),
-        "{page}"
-    );
-    assert!(validated.join("clamped_plate/static-4/report.html").exists());
-}
-
-/// Fluid and structure together: the column on a soft plate over a period and a half.
-#[test]
-fn fluid_and_structure_together_are_within_their_tolerances_at_the_coarsest_resolutions() {
+/// What `validate SUITE --coarse` printed and the folder that it wrote; it must succeed.
+fn validated(suite: &str) -> (String, TempDir) {
     let out = tempfile::tempdir().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_meniscus"))
-        .args(["validate", "fsi", "--coarse", "--quiet", "--cases"])
+        .args(["validate", suite, "--coarse", "--quiet", "--cases"])
         .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("cases"))
         .arg("--out")
         .arg(out.path())
@@ -46,11 +17,37 @@ fn fluid_and_structure_together_are_within_their_tolerances_at_the_coarsest_reso
         .expect("the command starts");
     let (text, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     assert!(output.status.success(), "{text}\n{errors}");
-    let validated = out.path().join("validate");
-    let table = std::fs::read_to_string(validated.join("validation.csv")).unwrap();
+    (text.into_owned(), out)
+}
+
+#[test]
+fn the_structure_is_within_its_tolerances_at_the_coarsest_resolutions() {
+    let (text, out) = validated("structure");
+    for case in ["cantilever_block", "clamped_plate", "oscillating_plate", "static_cantilever", "turek_hron"]
+    {
+        assert!(text.contains(case), "{text}");
+    }
+    let folder = out.path().join("validate");
+    let table = std::fs::read_to_string(folder.join("validation.csv")).unwrap();
+    // A heading, then the judged measures: one of each static case, period and amplitude of the plate.
+    assert!(table.lines().count() >= 6, "{table}");
+    let page = std::fs::read_to_string(folder.join("validation.html")).unwrap();
+    assert!(
+        page.contains("<div class=\"chart\"") && page.contains("clamped_plate/static-4/report.html"),
+        "{page}"
+    );
+    assert!(folder.join("clamped_plate/static-4/report.html").exists());
+}
+
+/// Fluid and structure together: the column on a soft plate over a period and a half.
+#[test]
+fn fluid_and_structure_together_are_within_their_tolerances_at_the_coarsest_resolutions() {
+    let (_, out) = validated("fsi");
+    let folder = out.path().join("validate");
+    let table = std::fs::read_to_string(folder.join("validation.csv")).unwrap();
     let rows = |measure: &str| table.lines().filter(|line| line.contains(measure)).count();
     assert_eq!((rows("deflection (m), ringing"), rows("frequency (Hz)")), (1, 1), "{table}");
-    let page = std::fs::read_to_string(validated.join("validation.html")).unwrap();
+    let page = std::fs::read_to_string(folder.join("validation.html")).unwrap();
     assert!(page.contains("hydrostatic_column_soft/short-4/report.html"), "{page}");
 }
 

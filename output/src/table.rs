@@ -198,7 +198,7 @@ impl Drop for Table {
 
 /// The shortest decimal text that reads back to the same bits, none for not-a-number; whole numbers without a
 /// point, so that counts look like counts.
-fn push_number(text: &mut String, value: f64) {
+pub fn push_number(text: &mut String, value: f64) {
     let magnitude = value.abs();
     // What does not exist has an empty cell.
     if value.is_nan() {
@@ -217,7 +217,8 @@ fn header<S: AsRef<str>>(columns: &[S]) -> String {
     names.join(",") + "\n"
 }
 
-fn quoted(name: &str) -> String {
+/// A word as a cell: what has a comma, a quote or a line's end in it stands in quotes.
+pub fn quoted(name: &str) -> String {
     if name.contains([',', '"', '\n', '\r']) {
         format!("\"{}\"", name.replace('"', "\"\""))
     } else {
@@ -421,6 +422,12 @@ mod tests {
         let largest = |columns: &Columns| columns.get("x").unwrap().iter().copied().fold(0.0, f64::max);
         assert_eq!(largest(&thinned), largest(&whole));
         assert!(thinned.get("none").unwrap().iter().all(|value| value.is_nan()));
+    }
+
+    #[test]
+    fn words_with_commas_and_quotes_are_one_cell() {
+        let cells = ["a", "b,c", "say \"x\"", "d\ne"].map(quoted);
+        assert_eq!(cells, ["a", "\"b,c\"", "\"say \"\"x\"\"\"", "\"d\ne\""]);
     }
 
     #[test]

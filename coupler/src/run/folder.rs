@@ -138,8 +138,7 @@ fn locked(out: &Path) -> Result<File, RunError> {
     }
 }
 
-/// Whether the coupler of the run in a folder lives. Between two runs' starts nobody may hold its case for a
-/// moment: then it is looked again.
+/// Whether the coupler of the run in a folder lives: it holds the lock of its case, which its guard does not.
 fn is_alive(out: &Path) -> bool {
     File::open(out.join(CASE)).is_ok_and(|case| matches!(case.try_lock(), Err(TryLockError::WouldBlock)))
 }
@@ -149,8 +148,9 @@ fn begin(folder: File, out: &Path, case: &Case) -> Result<Held, String> {
     let (path, text) = (out.join(CASE), format!("{RESOLVED}\n\n{}", case.to_toml()));
     output::atomic::write_file(&path, text.as_bytes()).map_err(|e| e.to_string())?;
     let held = File::open(&path).map_err(|e| e.to_string())?;
-    // Some file systems know no locks; and one who looks whether we live holds it for no time.
-    while matches!(held.try_lock(), Err(TryLockError::WouldBlock)) {
+    // One who looks whether we live holds it for no time; a stranger who keeps it is not waited for.
+    let deadline = Instant::now() + LEAVING;
+    while matches!(held.try_lock(), Err(TryLockError::WouldBlock)) && Instant::now() < deadline {
         std::thread::sleep(LOOK);
     }
     let room = files::create(&out.join(ROOM));

@@ -8,6 +8,7 @@ mod models;
 mod multigrid;
 mod operators;
 mod order;
+mod position_projection;
 mod start;
 mod still_water;
 mod support;

@@ -586,39 +586,3 @@ fn a_tank_in_three_dimensions() {
     assert!(rms < 0.02, "{rms}");
     assert!(last.max_speed < 0.2 && state.lost == 0 && last.mean_density_error.abs() < 0.01, "{last:?}");
 }
-
-/// Largest displacement over the spacing of particles at rest off the lattice, in a step so short that nothing
-/// but the position projection moves them.
-fn largest_displacement(position_limit: f64) -> f64 {
-    let spacing = 0.1;
-    let lattice = Lattice::fill_box(V::zeros(), V::repeat(1.0), spacing);
-    let particle_volume = lattice.cell_volume();
-    let state = {
-        let positions = sph::lattice::jittered(lattice.positions, 0.2 * spacing, 1);
-        let at_rest = vec![V::zeros(); positions.len()];
-        State::new(positions, at_rest)
-    };
-    let properties = FluidProperties {
-        density: 1000.0,
-        kinematic_viscosity: 0.0,
-        gravity: V::zeros(),
-        spacing,
-        particle_volume,
-        domain: (V::repeat(-1.0), V::repeat(2.0)),
-        periodic: [false; 2],
-    };
-    let options = Options { position_limit, reference_velocity: Some(1.0), ..Options::default() };
-    let walls = Walls::new(Vec::new(), spacing, 0.24).expect("no walls are sound");
-    let mut fluid = Isph::new(properties, options, walls, InterfaceParticles::default(), &state)
-        .expect("the drop is sound");
-    let mut trial = state.clone();
-    fluid.step(&state, 0.0, 1e-9, &InterfaceInput::NONE, &mut trial).expect("the solve converges");
-    let moved = trial.positions.iter().zip(&state.positions).map(|(after, before)| (after - before).norm());
-    moved.fold(0.0, f64::max) / spacing
-}
-
-#[test]
-fn the_position_projection_moves_no_particle_farther_than_its_limit() {
-    assert!(largest_displacement(0.1) > 0.02, "the limit below would do nothing");
-    assert!((largest_displacement(0.01) - 0.01).abs() < 1e-6);
-}

@@ -2,8 +2,8 @@
 
 use super::{Overs, Result};
 use output::summary::Extremes;
+use output::table::{push_number, quoted};
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 /// File of the table.
@@ -30,7 +30,7 @@ pub fn write(results: &[Result], overs: &Overs, out: &Path) -> output::Result<Pa
             summary.status.word().to_owned(),
             summary.windows.to_string(),
             number(summary.simulated_seconds),
-            format!("{:.3}", summary.wall_seconds),
+            number(summary.wall_seconds),
             summary.message.clone().unwrap_or_default(),
         ]);
         for probe in &probes {
@@ -44,30 +44,14 @@ pub fn write(results: &[Result], overs: &Overs, out: &Path) -> output::Result<Pa
     Ok(path)
 }
 
-/// All digits of a number, in few characters; nothing for one that is none.
 fn number(value: f64) -> String {
-    if value.is_finite() { format!("{value:?}") } else { String::new() }
+    let mut text = String::new();
+    push_number(&mut text, value);
+    text
 }
 
-/// A line of comma-separated values; what has a comma, a quote or a line's end in it stands in quotes.
+/// A line of comma-separated cells.
 fn row(cells: &[String]) -> String {
-    let mut line = String::new();
-    for (i, cell) in cells.iter().enumerate() {
-        let comma = if i > 0 { "," } else { "" };
-        let _ = match cell.contains([',', '"', '\n', '\r']) {
-            true => write!(line, "{comma}\"{}\"", cell.replace('"', "\"\"")),
-            false => write!(line, "{comma}{cell}"),
-        };
-    }
-    line.push('\n');
-    line
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn cells_with_commas_and_quotes_are_one_cell() {
-        let cells = ["a", "b,c", "say \"x\""].map(str::to_owned).to_vec();
-        assert_eq!(super::row(&cells), "a,\"b,c\",\"say \"\"x\"\"\"\n");
-    }
+    let cells: Vec<String> = cells.iter().map(|cell| quoted(cell)).collect();
+    cells.join(",") + "\n"
 }
