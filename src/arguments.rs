@@ -27,6 +27,7 @@ Examples:
   meniscus export-fmu cases/oscillating_plate -o plate.fmu    the structure for FMPy and other FMI tools
   meniscus run my_case.toml --set structure.participant.fmu=plate.fmu    an FMU in the place of a solver
   meniscus run --resume out/elastic_gate                go on from the last checkpoint of a run
+  meniscus status out/elastic_gate                      what a run is at: rate, time left, who waits for whom
   meniscus sweep my_case.toml --over structure.material.youngs_modulus=0.5e6,1e6,4e6    one run for each modulus
   meniscus mock --help                                  partners to test a solver of your own against";
 
@@ -39,6 +40,11 @@ pub enum Command {
     New(New),
     /// Check a case, report every mistake at once, and print what would run
     Check(Check),
+    /// Tell what a run is at: how far, how fast, who waits for whom, since when; exit code 1 if it was killed
+    /// or failed
+    Status(Status),
+    /// Ask a run that goes on for a checkpoint, for its end, or for outputs at another interval
+    Ask(Ask),
     /// Make report.html (and frames as PNG) from the outputs of a run
     Report(Report),
     /// Run cases at several resolutions and hold them against their references; exit code 1 if one misses its
@@ -188,6 +194,40 @@ are those of [checkpoints]; all of it is in docs/restart.md.
   meniscus run --resume out/a                       go on where it was killed, or has ended
   meniscus run --resume out/a --end-time 2          a run that has ended, longer
   meniscus run --branch out/a --out out/b --set structure.material.youngs_modulus=2e6";
+
+/// `meniscus status`.
+#[derive(Args)]
+pub struct Status {
+    /// Folder of the run's outputs
+    pub dir: PathBuf,
+}
+
+/// `meniscus ask`.
+#[derive(Args)]
+#[command(after_help = ASKING, group = clap::ArgGroup::new("what").required(true).multiple(true))]
+pub struct Ask {
+    /// Folder of the run's outputs
+    pub dir: PathBuf,
+    /// Write a checkpoint
+    #[arg(long, group = "what")]
+    pub checkpoint: bool,
+    /// End in order, with a checkpoint unless checkpoints.at_stop is false
+    #[arg(long, group = "what")]
+    pub stop: bool,
+    /// Write outputs at this interval from now on (s of simulated time)
+    #[arg(long, value_name = "SECONDS", group = "what")]
+    pub output_interval: Option<f64>,
+    /// Wait so long for the answer (s)
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    pub wait: f64,
+}
+
+const ASKING: &str = "\
+The run takes it up after the window at hand. The request is a file in its folder, so the run may go on on
+another host of a cluster.
+
+  meniscus ask out/gate --checkpoint
+  meniscus ask out/gate --output-interval 0.001";
 
 /// `meniscus export-fmu`.
 #[derive(Args)]

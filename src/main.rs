@@ -12,6 +12,8 @@ fn main() -> ExitCode {
         Command::Run(run) => commands::run::run(&run),
         Command::New(new) => commands::new::new(&new),
         Command::Check(check) => commands::check::check(&check),
+        Command::Status(status) => commands::status::status(&status),
+        Command::Ask(ask) => commands::status::ask(&ask),
         Command::Report(report) => commands::report::report(&report),
         Command::Validate(validate) => commands::validate::validate(&validate),
         Command::Sweep(sweep) => commands::sweep::sweep(&sweep),

@@ -169,11 +169,23 @@ pub fn watch(process: u32) -> Alive {
     })
 }
 
-/// Whether a process has ended and its parent has not looked yet. Its name, in parentheses, may hold
-/// anything; its state is the letter after it.
+/// Whether a process has ended and its parent has not looked yet.
 fn is_zombie(process: u32) -> bool {
-    fs::read_to_string(format!("/proc/{process}/stat"))
-        .is_ok_and(|stat| stat.rsplit(") ").next().is_some_and(|rest| rest.starts_with(['Z', 'X'])))
+    state(process) == Some("ended")
+}
+
+/// What a process is at, in a word; nothing where there is none of that number, or the system does not tell.
+pub fn state(process: u32) -> Option<&'static str> {
+    let stat = fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // Its name, in parentheses, may hold anything; its state is the letter after it.
+    Some(match stat.rsplit(") ").next()?.chars().next()? {
+        'R' => "running",
+        'D' => "waiting for a disk",
+        'T' => "stopped",
+        't' => "traced",
+        'Z' | 'X' => "ended",
+        _ => "sleeping",
+    })
 }
 
 /// Largest resident memory so far of a process, or of this one (bytes); zero where the system does not tell.

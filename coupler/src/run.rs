@@ -7,18 +7,21 @@ pub mod found;
 pub mod options;
 pub(crate) mod participants;
 pub mod recorded;
+mod watch;
 
-pub use folder::{CASE, SUMMARY};
+pub use folder::{CASE, SUMMARY, is_alive};
 pub use found::Found;
 pub use options::{Options, RunError};
 pub use participants::{Build, Solvers, participant_deadlines, threads};
 pub use recorded::{Recorded, Wanted};
 
+use crate::convergence::Residual;
 use crate::phase::{Announce, Phase};
 use crate::progress::Progress;
 use crate::schedule::Schedule;
 use crate::schemes::{Coupled, Onward, Pair, Run, Scheme, SchemeError, Solver};
 use crate::side::Side;
+use crate::status::Iterations;
 use crate::timing::Timing;
 use crate::trace::{TRACE, Trace};
 use checkpoints::{Checkpoints, Written, patience};
@@ -35,6 +38,7 @@ use std::fs::File;
 use std::panic::AssertUnwindSafe;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
+use watch::Watch;
 
 /// Key of the summary's coupler: windows that were solved with all processes on one core
 /// ([`crate::placement`]).
@@ -136,14 +140,22 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File
         Ok(trace) => Timing::new(trace),
         Err(error) => return RunError::from(error).into(),
     };
+    let board = timing.board();
+    board.about(|status| {
+        status.title.clone_from(&case.general.title);
+        (status.case_hash, status.version) = (case.hash(), env!("CARGO_PKG_VERSION").to_owned());
+        (status.end_time, status.output_interval) = (case.general.end_time, case.general.output_interval);
+    });
+    let watch = Watch::start(&options.out, board);
     let mut participants = Participants::new(timing.clone(), &options.stop, folder);
     let announce = timing.announce();
     // Whatever comes of it, those that were started are ended, and nothing is left in shared memory.
     let mut outcome = caught(|| {
         let started = announce.during(Phase::Starting, || participants.start(case, options, solvers));
-        started.and_then(|()| solve(case, options, &mut participants))
+        started.and_then(|()| solve(case, options, &mut participants, &watch))
     })
     .unwrap_or_else(Outcome::from);
+    outcome.result = outcome.result.map_err(|error| error.with_waits(|| board.waits()));
     let in_order = outcome.result.as_ref().err().is_none_or(RunError::is_interruption);
     let (memory, ends) = announce.during(Phase::Starting, || participants.end(in_order));
     // After another failure, or told to stop, nobody has to end as if nothing had happened.
@@ -153,6 +165,7 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File
         outcome.result = Err(end.into());
     }
     folder::remove_unpacked(&options.out);
+    drop(watch);
     let roles = &mut outcome.known.roles;
     for (role, bytes) in memory {
         roles.entry(role).or_default().peak_memory_bytes = bytes;
@@ -175,12 +188,17 @@ fn caught<T>(call: impl FnOnce() -> Result<T, RunError>) -> Result<T, RunError> 
 }
 
 /// Initialises the participants and solves all windows.
-fn solve(case: &Case, options: &Options, participants: &mut Participants) -> Result<Outcome, RunError> {
+fn solve(
+    case: &Case,
+    options: &Options,
+    participants: &mut Participants,
+    watch: &Watch,
+) -> Result<Outcome, RunError> {
     let started = Instant::now();
     if case.coupling.is_some() {
-        Ok(windows(coupled(case, options, participants)?, case, options, participants, started))
+        Ok(windows(coupled(case, options, participants)?, case, options, (participants, watch), started))
     } else {
-        Ok(windows(alone(case, options, participants)?, case, options, participants, started))
+        Ok(windows(alone(case, options, participants)?, case, options, (participants, watch), started))
     }
 }
 
@@ -248,16 +266,19 @@ fn windows<S: Solver>(
     mut recorded: Recorded<S>,
     case: &Case,
     options: &Options,
-    participants: &mut Participants,
+    (participants, watch): (&mut Participants, &Watch),
     started: Instant,
 ) -> Outcome {
+    let board = participants.timing.board().clone();
+    let mut notes_of_requests = Vec::new();
     let mut progress = Progress::new(0.0, case.general.end_time, options.quiet);
     let mut placement = participants.placement(case);
-    let mut checkpoints = Checkpoints::new(case, options, &recorded, started);
+    let mut checkpoints = Checkpoints::new(case, options, &recorded, (started, &board));
     let (mut longest, mut last) = (Duration::ZERO, Instant::now());
     let mut result = loop {
         let driven = recorded.drive(|accepted, solver| {
             progress.window(accepted.time, accepted.window.index + 1, solver.sides().as_ref());
+            board.window(&accepted.window, accepted.time, converged(solver.residuals()));
             if accepted.output.is_some() {
                 participants.look_at_memory();
             }
@@ -267,10 +288,18 @@ fn windows<S: Solver>(
             if checkpoints.wait_at_stop() {
                 participants.be_patient(patience(longest));
             }
-            let pauses = options.stop.load(Ordering::Relaxed) || checkpoints.are_due(accepted.time);
+            let pauses = options.stop.load(Ordering::Relaxed)
+                || checkpoints.are_due(accepted.time)
+                || watch.is_asked();
             if pauses { Onward::Stop } else { Onward::Continue }
         });
-        match driven.map_err(RunError::from).and_then(|()| checkpoints.between_windows(&mut recorded)) {
+        let asked = watch.take_up(&mut recorded.run.schedule, options, &checkpoints.written);
+        let onward = driven.map_err(RunError::from).and_then(|()| checkpoints.between_windows(&mut recorded));
+        if let Some(asked) = asked {
+            watch.answer(&asked, &recorded.run.schedule, &checkpoints.written);
+            notes_of_requests.extend(asked.note);
+        }
+        match onward {
             Ok(Onward::Continue) => {}
             ended => break ended.map(drop),
         }
@@ -305,12 +334,18 @@ fn windows<S: Solver>(
         let told = serde_json::json!({ "count": count, "bytes": bytes, "seconds": seconds });
         coupler.extra.insert("checkpoints".to_owned(), told);
     }
-    known.notes.extend(notes);
+    known.notes.extend(notes.into_iter().chain(notes_of_requests));
     let ending = solver.ending().filter(|_| result.is_ok());
     (known.balances, known.condition_46) = (sums.balances, sums.condition_46);
     (known.fluid, known.probes, known.iterations) = (sums.fluid, sums.probes, sums.iterations);
     result = result.and(written.map_err(RunError::from));
     Outcome { result, ending, known }
+}
+
+/// How a window with these residuals converged; nothing without iterations.
+fn converged(residuals: &[Residual]) -> Option<Iterations> {
+    let Residual { relative, converged, .. } = *residuals.last()?;
+    Some(Iterations { count: residuals.len() as u64, relative, converged })
 }
 
 fn schedule(case: &Case) -> Schedule {

@@ -114,8 +114,20 @@ impl Schedule {
         self.windows = state.u64("windows")?;
         self.outputs = state.u64("outputs")?;
         // With the interval as it is now, which may be another.
-        self.intervals = ((self.time - self.start_time) / self.output_interval + 0.5 * ARRIVED) as u64;
+        self.count_intervals();
         Ok(())
+    }
+
+    /// Sets another interval between outputs (s), which is counted from the start as ever. Gives the one before.
+    pub fn set_output_interval(&mut self, interval: f64) -> f64 {
+        let before = std::mem::replace(&mut self.output_interval, interval);
+        self.count_intervals();
+        before
+    }
+
+    /// How many of the intervals, as they are now, have passed.
+    fn count_intervals(&mut self) {
+        self.intervals = ((self.time - self.start_time) / self.output_interval + 0.5 * ARRIVED) as u64;
     }
 
     /// Whether the end time is reached.

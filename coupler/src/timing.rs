@@ -5,7 +5,9 @@
 //! participant behind [`Timed`] has its calls taken down, and what it reports of its own work is put where it
 //! can only have been: from the moment it was handed the window on.
 
+use crate::board::Board;
 use crate::phase::{Announce, Phase};
+use crate::status::Task;
 use crate::trace::{Trace, Track};
 use interfaces::{Description, Fields, Participant, Readiness, Result, Role, TimeWindow, WindowReport};
 use std::cell::RefCell;
@@ -14,7 +16,7 @@ use std::time::Instant;
 
 /// The clock of a run, shared by all that is timed.
 #[derive(Clone)]
-pub struct Timing(Rc<RefCell<Sums>>);
+pub struct Timing(Rc<RefCell<Sums>>, Board);
 
 struct Sums {
     started: Instant,
@@ -22,18 +24,29 @@ struct Sums {
     since: f64,
     seconds: [f64; Phase::ALL.len()],
     trace: Option<Trace>,
+    board: Board,
 }
 
 impl Timing {
     /// From now on; a trace is written where there is one.
     pub fn new(trace: Option<Trace>) -> Self {
-        Self(Rc::new(RefCell::new(Sums {
-            started: Instant::now(),
-            phase: Phase::Coupling,
-            since: 0.0,
-            seconds: [0.0; Phase::ALL.len()],
-            trace,
-        })))
+        let board = Board::default();
+        Self(
+            Rc::new(RefCell::new(Sums {
+                started: Instant::now(),
+                phase: Phase::Coupling,
+                since: 0.0,
+                seconds: [0.0; Phase::ALL.len()],
+                trace,
+                board: board.clone(),
+            })),
+            board,
+        )
+    }
+
+    /// What everybody is at.
+    pub fn board(&self) -> &Board {
+        &self.1
     }
 
     /// What the coupling loop announces its phases to.
@@ -79,6 +92,7 @@ impl Sums {
     }
 
     fn enter(&mut self, phase: Phase) -> Phase {
+        self.board.enter(phase);
         let now = self.now();
         let ended = std::mem::replace(&mut self.phase, phase);
         self.seconds[ended as usize] += now - self.since;
@@ -101,6 +115,17 @@ pub struct Timed<P> {
 }
 
 impl<P: Participant> Timed<P> {
+    /// A call that waits for its answer.
+    fn waiting<T>(&mut self, task: Task, call: impl FnOnce(&mut P) -> Result<T>) -> Result<T> {
+        let Self { inner, announce, timing, role, .. } = self;
+        timing.board().asked(*role, task);
+        timing.board().waits_for(*role);
+        let answer = announce.during(Phase::Waiting, || call(inner));
+        let answer = answer.inspect_err(|error| timing.board().failed(error))?;
+        timing.board().answered(*role, 0.0);
+        Ok(answer)
+    }
+
     /// The work on a window: a participant in this process did it within `start`, any other from then on.
     fn computed(&self, report: &WindowReport) {
         let Some((window, called, returned)) = self.begun else { return };
@@ -120,43 +145,51 @@ impl<P: Participant> Participant for Timed<P> {
     }
 
     fn initialize(&mut self, start: f64, inputs: &Fields, outputs: &mut Fields) -> Result<Readiness> {
-        let Self { inner, announce, .. } = self;
-        announce.during(Phase::Waiting, || inner.initialize(start, inputs, outputs))
+        self.waiting(Task::Initialize, |inner| inner.initialize(start, inputs, outputs))
     }
 
     fn start(&mut self, window: &TimeWindow, inputs: &Fields) -> Result<()> {
         let called = self.timing.now();
+        let (index, iteration) = (window.index, window.iteration);
+        let task = Task::Solve { window: index, iteration, start: window.start };
+        self.timing.board().asked(self.role, task);
         let Self { inner, announce, .. } = self;
-        announce.during(Phase::Sending, || inner.start(window, inputs))?;
+        let started = announce.during(Phase::Sending, || inner.start(window, inputs));
+        started.inspect_err(|error| self.timing.board().failed(error))?;
         self.begun = Some((*window, called, self.timing.now()));
         Ok(())
     }
 
     fn finish(&mut self, outputs: &mut Fields) -> Result<WindowReport> {
+        self.timing.board().waits_for(self.role);
         let Self { inner, announce, .. } = self;
-        let report = announce.during(Phase::Waiting, || inner.finish(outputs))?;
+        let report = announce.during(Phase::Waiting, || inner.finish(outputs));
+        let report = report.inspect_err(|error| self.timing.board().failed(error))?;
+        self.timing.board().answered(self.role, report.compute_seconds);
         self.computed(&report);
         Ok(report)
     }
 
     fn accept(&mut self, snapshot: Option<u64>) -> Result<()> {
+        let window = self.begun.map_or(0, |(window, ..)| window.index);
+        self.timing.board().asked(self.role, Task::Accept { window });
         let Self { inner, announce, .. } = self;
-        announce.during(Phase::Sending, || inner.accept(snapshot))
+        let accepted = announce.during(Phase::Sending, || inner.accept(snapshot));
+        accepted.inspect_err(|error| self.timing.board().failed(error))?;
+        self.timing.board().answered(self.role, 0.0);
+        Ok(())
     }
 
     fn save(&mut self) -> Result<Vec<u8>> {
-        let Self { inner, announce, .. } = self;
-        announce.during(Phase::Waiting, || inner.save())
+        self.waiting(Task::Save, |inner| inner.save())
     }
 
     fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
-        let Self { inner, announce, .. } = self;
-        announce.during(Phase::Waiting, || inner.restore(state, outputs))
+        self.waiting(Task::Restore, |inner| inner.restore(state, outputs))
     }
 
     fn terminate(&mut self) -> Result<()> {
-        let Self { inner, announce, .. } = self;
-        announce.during(Phase::Waiting, || inner.terminate())
+        self.waiting(Task::Terminate, |inner| inner.terminate())
     }
 }
 

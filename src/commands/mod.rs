@@ -9,6 +9,7 @@ pub mod report;
 pub mod resume;
 pub mod run;
 pub mod schema;
+pub mod status;
 pub mod sweep;
 pub mod validate;
 

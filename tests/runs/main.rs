@@ -21,6 +21,7 @@ mod resources;
 mod restart;
 mod rolling;
 mod solvers;
+mod status;
 mod support;
 mod sweep;
 mod unit;

@@ -4,6 +4,7 @@ use super::checkpoint;
 use super::found::{FOLDER, Found, Header};
 use super::options::{Options, RunError};
 use super::recorded::Recorded;
+use crate::board::Board;
 use crate::schemes::{Onward, SchemeError, Solver};
 use interfaces::case::Case;
 use interfaces::case::checkpoints::Checkpoints as Choice;
@@ -20,6 +21,7 @@ const ON_TIME: f64 = 1e-9;
 pub(super) struct Checkpoints<'a> {
     choice: &'a Choice,
     options: &'a Options,
+    board: &'a Board,
     folder: PathBuf,
     /// What does not change from one to the next.
     header: Header,
@@ -47,12 +49,12 @@ pub(super) struct Written {
 }
 
 impl<'a> Checkpoints<'a> {
-    /// Of a run that began at `started`.
+    /// Of a run that began at `started`; what becomes of them is told to `board`, too.
     pub(super) fn new<S: Solver>(
         case: &'a Case,
         options: &'a Options,
         recorded: &Recorded<S>,
-        started: Instant,
+        (started, board): (Instant, &'a Board),
     ) -> Self {
         let from = options.from.as_ref();
         let cannot = recorded
@@ -66,6 +68,7 @@ impl<'a> Checkpoints<'a> {
         let mut checkpoints = Self {
             choice: &case.checkpoints,
             options,
+            board,
             folder: options.out.join(FOLDER),
             header: Header {
                 version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -150,6 +153,7 @@ impl<'a> Checkpoints<'a> {
             .and_then(|()| checkpoint::write(&self.folder, &header, recorded));
         match written {
             Ok(bytes) => {
+                self.board.checkpoint(windows, time);
                 self.written.count += 1;
                 self.written.bytes += bytes;
                 self.keep_newest(windows);
@@ -186,6 +190,7 @@ impl<'a> Checkpoints<'a> {
     fn tell(&mut self, what: String) {
         if !self.written.notes.contains(&what) {
             eprintln!("warning: {}", tame(&what, usize::MAX));
+            self.board.warn(&what);
             self.written.notes.push(what);
         }
     }

@@ -57,6 +57,8 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<Held, RunError> {
     let files = [
         SUMMARY,
         ROOM,
+        crate::status::FILE,
+        crate::request::FILE,
         crate::records::WINDOWS,
         crate::records::PROBES,
         crate::records::INTERVALS,
@@ -90,7 +92,8 @@ pub(crate) fn go_on(out: &Path, case: &Case, found: &Found) -> Result<Held, RunE
         remove(&out.join(name), |p| std::fs::remove_dir_all(p)).map_err(|e| folder(e.to_string()))?;
     }
     // Collections are made again of the snapshots that are there.
-    for name in [SUMMARY, ROOM, TRACE, "report.html", "fluid.pvd", "structure.pvd", "walls.pvd"] {
+    let made_anew = [SUMMARY, ROOM, TRACE, "report.html", "fluid.pvd", "structure.pvd", "walls.pvd"];
+    for name in made_anew.into_iter().chain([crate::status::FILE, crate::request::FILE]) {
         remove(&out.join(name), |p| std::fs::remove_file(p)).map_err(|e| folder(e.to_string()))?;
     }
     begin(locked, out, case).map_err(folder)
@@ -138,8 +141,9 @@ fn locked(out: &Path) -> Result<File, RunError> {
     }
 }
 
-/// Whether the coupler of the run in a folder lives: it holds the lock of its case, which its guard does not.
-fn is_alive(out: &Path) -> bool {
+/// Whether the coupler of the run in a folder lives, on any host whose locks are seen here: it holds the lock
+/// of its case, which its guard does not.
+pub fn is_alive(out: &Path) -> bool {
     File::open(out.join(CASE)).is_ok_and(|case| matches!(case.try_lock(), Err(TryLockError::WouldBlock)))
 }
 

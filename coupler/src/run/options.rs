@@ -38,6 +38,14 @@ pub enum RunError {
     /// A participant failed, or the two do not fit together.
     #[error(transparent)]
     Scheme(#[from] SchemeError),
+    /// A participant did not answer by its deadline.
+    #[error("{source}\nwhen the deadline passed:\n{}\n{DEADLINE}", .waits.join("\n"))]
+    Deadline {
+        /// Who, and for what.
+        source: SchemeError,
+        /// Who waited for whom then, and what each did last, one line each.
+        waits: Vec<String>,
+    },
     /// A participant could not be started.
     #[error(transparent)]
     Launch(#[from] launch::LaunchError),
@@ -93,6 +101,9 @@ pub enum RunError {
     },
 }
 
+/// What helps where a deadline passed.
+const DEADLINE: &str = "where it computes, raise coupling.deadline (s); where it waits or is stopped, its log in the outputs may say for what";
+
 fn told(refused: &[RunError]) -> String {
     refused.iter().map(|error| format!("\n  {error}")).collect()
 }
@@ -104,6 +115,20 @@ impl From<SideError> for RunError {
 }
 
 impl RunError {
+    /// The error, and, where a deadline passed, who waited for whom then.
+    pub(super) fn with_waits(self, waits: impl FnOnce() -> Vec<String>) -> Self {
+        match self {
+            Self::Scheme(source) if Self::is_deadline_of(&source) => {
+                Self::Deadline { source, waits: waits() }
+            }
+            other => other,
+        }
+    }
+
+    fn is_deadline_of(error: &SchemeError) -> bool {
+        matches!(error, SchemeError::Side(side) if matches!(side.source, ParticipantError::TimedOut { .. }))
+    }
+
     /// Whether the run ended because it was told to.
     pub fn is_interruption(&self) -> bool {
         match self {

@@ -9,6 +9,7 @@ use crate::mapped::{Filling, Mapped};
 use crate::placement::Placement;
 use crate::schemes::SchemeError;
 use crate::side::{Side, SideError};
+use crate::status::Task;
 use crate::timing::Timing;
 use interfaces::case::Case;
 use interfaces::case::coupling::{Mapping, MappingMethod};
@@ -90,6 +91,7 @@ impl Participants {
         if options.in_process {
             for (role, _) in starts {
                 let made = (solvers.in_process)(role).map_err(|e| failed(role, "while starting", e))?;
+                self.timing.board().came(role, &made.describe().solver);
                 let side = self.side(case, made)?;
                 self.sides.insert(role, side);
             }
@@ -123,8 +125,10 @@ impl Participants {
             self.launch(*role, *start, address, &case.hash(), options, solvers)?;
         }
         for (role, _, _, open) in listening {
+            self.timing.board().waits_for(role);
             let remote =
                 open.wait_for_hello(self.alive(role)).map_err(|e| failed(role, "while shaking hands", e))?;
+            self.timing.board().came(role, &remote.describe().solver);
             let side = self.side(case, Box::new(remote))?;
             self.sides.insert(role, side);
         }
@@ -217,6 +221,7 @@ impl Participants {
         options: &Options,
         solvers: &Solvers,
     ) -> Result<(), RunError> {
+        self.timing.board().asked(role, Task::Come);
         let case = options.out.join(CASE);
         // Who starts a participant by hand may stand elsewhere.
         let case = std::path::absolute(&case).unwrap_or(case);
@@ -255,6 +260,7 @@ impl Participants {
         ];
         let log = options.out.join(format!("{role}.log"));
         let mut child = Child::spawn(role, &command, &environment, &log)?;
+        self.timing.board().started(role, child.id().as_raw_nonzero().get().unsigned_abs());
         if let Some(guard) = &mut self.guard {
             guard.watch(child.id());
         }
