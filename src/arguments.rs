@@ -172,6 +172,10 @@ pub struct Run {
     /// Show no progress
     #[arg(long)]
     pub quiet: bool,
+    /// Change what crosses, or have participants fail, as this file says: for tests and for sensitivity
+    /// (docs/scenarios.md)
+    #[arg(long, value_name = "FILE", conflicts_with = "resume")]
+    pub scenario: Option<PathBuf>,
     /// Write trace.json: who computed, waited, mapped and sent, when; for ui.perfetto.dev or chrome://tracing
     #[arg(long)]
     pub trace: bool,

@@ -6,7 +6,8 @@ use interfaces::Role;
 use interfaces::transport::Alive;
 use rustix::io::Errno;
 use rustix::process::{
-    Pid, Signal, WaitIdOptions, WaitIdStatus, kill_process_group, test_kill_process, waitid,
+    Pid, PidfdFlags, Signal, WaitIdOptions, WaitIdStatus, kill_process_group, pidfd_open, pidfd_send_signal,
+    test_kill_process, waitid,
 };
 use std::fs::{self, File};
 use std::io::{self, Read, Seek as _, SeekFrom, Write as _};
@@ -157,6 +158,23 @@ impl Drop for Child {
     fn drop(&mut self) {
         self.kill();
     }
+}
+
+/// Sends a process a signal, after so long. It is meant, and no other that gets its number later.
+///
+/// # Errors
+/// If it has ended, or may not be sent it.
+pub fn strike(process: Pid, (signal, after): (Signal, Duration)) -> io::Result<()> {
+    let process = pidfd_open(process, PidfdFlags::empty())?;
+    if after.is_zero() {
+        return Ok(pidfd_send_signal(&process, signal)?);
+    }
+    std::thread::Builder::new().spawn(move || {
+        std::thread::sleep(after);
+        // One that has ended meanwhile needs none.
+        let _ = pidfd_send_signal(&process, signal);
+    })?;
+    Ok(())
 }
 
 /// Says when the process of that number has ended. It need not be a child of ours.

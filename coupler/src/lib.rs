@@ -7,8 +7,9 @@
 //! [`schedule`] keeps the time, [`condition46`] the balance along the normals. [`mapping`] carries motion and
 //! forces between point sets that do not match; [`mapped`] puts a structure behind one, or a fluid. The loop
 //! announces its [`phase`]s, and [`timing`] has the clock. [`placement`] puts the processes on one core where
-//! that is faster. [`board`] keeps what everybody is at, [`status`] tells it, [`request`] is what a run may be asked
-//! for while it goes on. [`mod@bench`] measures what all of it takes.
+//! that is faster. [`board`] keeps what everybody is at, [`status`] tells it, [`request`] is what a run may
+//! be asked for while it goes on. [`scenario`] changes what crosses, and has participants fail. [`mod@bench`]
+//! measures what all of it takes.
 
 pub mod acceleration;
 pub mod bench;
@@ -25,6 +26,7 @@ pub mod progress;
 pub mod records;
 pub mod request;
 pub mod run;
+pub mod scenario;
 pub mod schedule;
 pub mod schemes;
 pub mod side;

@@ -49,7 +49,9 @@ const WINDOWS_ON_ONE_CORE: &str = "windows_on_one_core";
 pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Result<(), RunError>) {
     let started = Instant::now();
     // Held until the end: a second run into the same folder is refused.
-    let folder = callable(case, options).and_then(|()| prepare(case, options));
+    let folder = callable(case, options)
+        .and_then(|()| prepare(case, options))
+        .and_then(|held| folder::keep_scenario(&options.out, options.scenario.as_ref()).map(|()| held));
     let Outcome { result, ending, known } = match &folder {
         Ok(held) => couple(case, options, solvers, held.folder.try_clone().ok()),
         Err(_) => Outcome::default(),
@@ -157,6 +159,7 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File
     .unwrap_or_else(Outcome::from);
     outcome.result = outcome.result.map_err(|error| error.with_waits(|| board.waits()));
     let in_order = outcome.result.as_ref().err().is_none_or(RunError::is_interruption);
+    let did = participants.did();
     let (memory, ends) = announce.during(Phase::Starting, || participants.end(in_order));
     // After another failure, or told to stop, nobody has to end as if nothing had happened.
     if let (Ok(()), Some(end)) = (&outcome.result, ends.into_iter().next())
@@ -164,6 +167,7 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File
     {
         outcome.result = Err(end.into());
     }
+    outcome.known.notes.extend(did.lines().into_iter().map(|line| format!("scenario: {line}")));
     folder::remove_unpacked(&options.out);
     drop(watch);
     let roles = &mut outcome.known.roles;

@@ -181,7 +181,7 @@ impl<P: Participant> Participant for Timed<P> {
     }
 
     fn save(&mut self) -> Result<Vec<u8>> {
-        self.waiting(Task::Save, |inner| inner.save())
+        self.waiting(Task::Save, Participant::save)
     }
 
     fn restore(&mut self, state: &[u8], outputs: &mut Fields) -> Result<Readiness> {
@@ -189,7 +189,7 @@ impl<P: Participant> Participant for Timed<P> {
     }
 
     fn terminate(&mut self) -> Result<()> {
-        self.waiting(Task::Terminate, |inner| inner.terminate())
+        self.waiting(Task::Terminate, Participant::terminate)
     }
 }
 

@@ -346,16 +346,8 @@ fn measure(case: &Case, windows: Option<Windows>) -> Result<String, String> {
     let folder = Scratch::new()?;
     let executable = std::env::current_exe().map_err(|error| error.to_string())?;
     let stop = Arc::new(AtomicBool::new(false));
-    let options = Options {
-        out: folder.0.join("run"),
-        in_process: false,
-        quiet: true,
-        trace: false,
-        domain: None,
-        stop: Arc::clone(&stop),
-        checkpoints: None,
-        from: None,
-    };
+    let options =
+        Options { out: folder.0.join("run"), quiet: true, stop: Arc::clone(&stop), ..Options::default() };
     let (send, ended) = std::sync::mpsc::channel::<()>();
     let clock = std::thread::spawn(move || {
         // The run ends by itself, or is told to.

@@ -3,6 +3,7 @@
 use super::{WRONG, failed, say, tell};
 use crate::arguments::{CaseArguments, Run};
 use coupler::run::{Found, checkpoint};
+use coupler::scenario::{self, Scenario};
 use interfaces::case::{Case, Change};
 use output::summary::{Seam, Status, Summary};
 use std::path::{Path, PathBuf};
@@ -36,6 +37,37 @@ fn folder(arguments: &Run) -> Option<PathBuf> {
         false => path.clone(),
     };
     arguments.resume.clone().or_else(|| arguments.branch.as_ref().map(of_file))
+}
+
+/// The scenario of a run: the one that is given, or the changes, without the faults, of the run that goes on or
+/// is branched from.
+///
+/// # Errors
+/// The exit code, where it is none, or there would be two.
+pub fn scenario_of(arguments: &Run) -> Result<Option<Scenario>, ExitCode> {
+    let of_run = folder(arguments).map(|folder| folder.join(scenario::FILE)).filter(|path| path.is_file());
+    let goes_on = of_run.is_some();
+    let path = match (&arguments.scenario, of_run) {
+        (Some(given), Some(there)) => {
+            tell(format_args!(
+                "error: --scenario {}: the run has one that its branch goes on under, {}; leave the option out",
+                given.display(),
+                there.display()
+            ));
+            return Err(ExitCode::from(WRONG));
+        }
+        (Some(given), None) => given.clone(),
+        (None, Some(there)) => there,
+        (None, None) => return Ok(None),
+    };
+    let mut scenario = Scenario::read(&path).map_err(|error| {
+        tell(format_args!("error: {error}"));
+        ExitCode::from(WRONG)
+    })?;
+    if goes_on {
+        scenario.faults.clear();
+    }
+    Ok(Some(scenario))
 }
 
 /// The checkpoint that the case goes on from, the new seam its last; nothing for a run from the start.

@@ -28,6 +28,10 @@ pub fn run(arguments: &Run) -> ExitCode {
         Ok(from) => from,
         Err(code) => return code,
     };
+    let scenario = match resume::scenario_of(arguments) {
+        Ok(scenario) => scenario,
+        Err(code) => return code,
+    };
     let out = arguments.resume.clone().or_else(|| arguments.out.clone());
     let out = out.unwrap_or_else(|| default_folder(&of_case.case));
     let flags = super::stop_flag().and_then(|stop| Ok((stop, super::checkpoint_flag()?)));
@@ -44,6 +48,7 @@ pub fn run(arguments: &Run) -> ExitCode {
         stop,
         checkpoints: Some(checkpoints),
         from,
+        scenario,
     };
     if arguments.in_process {
         super::set_threads(&case);

@@ -220,11 +220,8 @@ fn begin(case: &Case) {
         out: dir.path().join("out"),
         in_process: true,
         quiet: true,
-        trace: false,
-        domain: None,
         stop: Arc::clone(&stop),
-        checkpoints: None,
-        from: None,
+        ..coupler::run::Options::default()
     };
     std::thread::spawn(move || {
         std::thread::sleep(Duration::from_millis(300));

@@ -20,6 +20,7 @@ mod python;
 mod resources;
 mod restart;
 mod rolling;
+mod scenario;
 mod solvers;
 mod status;
 mod support;

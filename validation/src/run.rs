@@ -244,12 +244,9 @@ fn run_variant(
     let run_options = coupler::run::Options {
         out: out.clone(),
         in_process: true,
-        trace: false,
         quiet: options.quiet,
-        domain: None,
         stop: Arc::clone(&options.stop),
-        checkpoints: None,
-        from: None,
+        ..coupler::run::Options::default()
     };
     let (summary, result) = coupler::run::run(case, &run_options, &solvers);
     if summary.status == Status::Interrupted {

@@ -97,13 +97,10 @@ fn measure_in(
     let case = case(series, points, windows, options);
     let run_options = run::Options {
         out: out.to_owned(),
-        in_process: false,
         quiet: true,
-        trace: false,
         domain: options.domain.clone(),
         stop: options.stop.clone(),
-        checkpoints: None,
-        from: None,
+        ..run::Options::default()
     };
     let none = |_: Role| Err(ParticipantError::failed("the bench has no participant in its own process"));
     let solvers = Solvers { in_process: &none, executable: &options.executable };

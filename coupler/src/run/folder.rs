@@ -3,6 +3,7 @@
 use super::checkpoint;
 use super::found::Found;
 use super::options::RunError;
+use crate::scenario::Scenario;
 use crate::trace::TRACE;
 use interfaces::case::Case;
 use output::files;
@@ -59,6 +60,7 @@ pub(crate) fn prepare(out: &Path, case: &Case) -> Result<Held, RunError> {
         ROOM,
         crate::status::FILE,
         crate::request::FILE,
+        crate::scenario::FILE,
         crate::records::WINDOWS,
         crate::records::PROBES,
         crate::records::INTERVALS,
@@ -160,6 +162,12 @@ fn begin(folder: File, out: &Path, case: &Case) -> Result<Held, String> {
     let room = files::create(&out.join(ROOM));
     room.and_then(|mut room| room.write_all(&[0; ROOM_BYTES])).map_err(|e| e.to_string())?;
     Ok(Held { folder, _case: held })
+}
+
+/// Keeps the scenario of a run beside its outputs: it goes on under it.
+pub(super) fn keep_scenario(out: &Path, scenario: Option<&Scenario>) -> Result<(), RunError> {
+    let Some(scenario) = scenario else { return Ok(()) };
+    Ok(output::atomic::write_file(&out.join(crate::scenario::FILE), scenario.text.as_bytes())?)
 }
 
 /// Gives room on the disk back for the summary, which then is there also where the disk is full.

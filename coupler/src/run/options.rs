@@ -2,6 +2,7 @@
 
 use super::found::Found;
 use crate::launch;
+use crate::scenario::{Scenario, ScenarioError};
 use crate::schemes::SchemeError;
 use crate::side::SideError;
 use interfaces::{ParticipantError, Role};
@@ -11,6 +12,7 @@ use std::sync::atomic::AtomicBool;
 use thiserror::Error;
 
 /// What the command line sets of a run.
+#[derive(Default)]
 pub struct Options {
     /// Folder of the outputs.
     pub out: PathBuf,
@@ -30,6 +32,8 @@ pub struct Options {
     /// The checkpoint that the run goes on from, its last seam the one there. Of another folder than the
     /// outputs', the run is a branch.
     pub from: Option<Found>,
+    /// What shall be otherwise.
+    pub scenario: Option<Scenario>,
 }
 
 /// Why a run did not complete.
@@ -71,6 +75,9 @@ pub enum RunError {
         /// Which participant.
         role: Role,
     },
+    /// A scenario is none of the participants'.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
     /// A checkpoint cannot be used.
     #[error("failed to go on from {}: {what}", .path.display())]
     Checkpoint {

@@ -7,6 +7,7 @@ use crate::launch::{self, Child};
 use crate::mapped::fluid::MappedFluid;
 use crate::mapped::{Filling, Mapped};
 use crate::placement::Placement;
+use crate::scenario::{Altered, Did, ScenarioError};
 use crate::schemes::SchemeError;
 use crate::side::{Side, SideError};
 use crate::status::Task;
@@ -59,6 +60,7 @@ pub struct Participants {
     /// An address of the run, where it has any.
     address: Option<Address>,
     guard: Option<Guard>,
+    did: Did,
     /// The folder of the outputs, locked.
     folder: Option<File>,
     interruption: Rc<Interruption>,
@@ -73,6 +75,7 @@ impl Participants {
             children: ByRole::new(),
             address: None,
             guard: None,
+            did: Did::default(),
             folder,
             interruption: Rc::new(Interruption::by(stop)),
         }
@@ -92,7 +95,7 @@ impl Participants {
             for (role, _) in starts {
                 let made = (solvers.in_process)(role).map_err(|e| failed(role, "while starting", e))?;
                 self.timing.board().came(role, &made.describe().solver);
-                let side = self.side(case, made)?;
+                let side = self.side(case, made, options)?;
                 self.sides.insert(role, side);
             }
             return Ok(());
@@ -129,14 +132,20 @@ impl Participants {
             let remote =
                 open.wait_for_hello(self.alive(role)).map_err(|e| failed(role, "while shaking hands", e))?;
             self.timing.board().came(role, &remote.describe().solver);
-            let side = self.side(case, Box::new(remote))?;
+            let side = self.side(case, Box::new(remote), options)?;
             self.sides.insert(role, side);
         }
         Ok(())
     }
 
     /// A participant behind the table of legal calls, timed; one with points of its own behind its mapping.
-    fn side(&self, case: &Case, participant: Box<dyn Participant>) -> Result<Side, RunError> {
+    fn side(
+        &self,
+        case: &Case,
+        participant: Box<dyn Participant>,
+        options: &Options,
+    ) -> Result<Side, RunError> {
+        let participant = self.altered(participant, options)?;
         let timed = self.timing.timed(Guarded::new(participant));
         let Some(coupling) = &case.coupling else { return Ok(Side::new(Box::new(timed))) };
         let (role, announce) = (timed.describe().role, self.timing.announce());
@@ -159,6 +168,30 @@ impl Participants {
             }
             _ => Box::new(timed),
         }))
+    }
+
+    /// The participant under what of a scenario is its own.
+    fn altered(
+        &self,
+        participant: Box<dyn Participant>,
+        options: &Options,
+    ) -> Result<Box<dyn Participant>, RunError> {
+        let role = participant.describe().role;
+        let scenario = options.scenario.as_ref().and_then(|scenario| Some((scenario, scenario.of(role)?)));
+        let Some((scenario, of)) = scenario else { return Ok(participant) };
+        let process = self.children.get(&role).map(|child| child.borrow().id());
+        let strike = move |blow| match process {
+            Some(process) => launch::strike(process, blow).map_err(|error| error.to_string()),
+            None => Err(format!("the {role} has no process that this run started")),
+        };
+        let altered = Altered::new(participant, of, Box::new(strike), self.did.clone());
+        let altered = altered.map_err(|mistakes| ScenarioError { path: scenario.path.clone(), mistakes })?;
+        Ok(Box::new(altered))
+    }
+
+    /// What a scenario did, once all sides have ended.
+    pub(crate) fn did(&self) -> Did {
+        self.did.clone()
     }
 
     /// Processor time of all processes that were started (s).
