@@ -118,7 +118,8 @@ impl Schedule {
         Ok(())
     }
 
-    /// Sets another interval between outputs (s), which is counted from the start as ever. Gives the one before.
+    /// Sets another interval between outputs (s), which is counted from the start as ever. Gives the one
+    /// before.
     pub fn set_output_interval(&mut self, interval: f64) -> f64 {
         let before = std::mem::replace(&mut self.output_interval, interval);
         self.count_intervals();

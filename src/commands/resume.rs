@@ -39,8 +39,8 @@ fn folder(arguments: &Run) -> Option<PathBuf> {
     arguments.resume.clone().or_else(|| arguments.branch.as_ref().map(of_file))
 }
 
-/// The scenario of a run: the one that is given, or the changes, without the faults, of the run that goes on or
-/// is branched from.
+/// The scenario of a run: the one that is given, or the changes, without the faults, of the run that goes on
+/// or is branched from.
 ///
 /// # Errors
 /// The exit code, where it is none, or there would be two.
