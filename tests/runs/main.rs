@@ -6,6 +6,7 @@
 
 mod bench;
 mod case;
+mod chaos;
 mod check;
 mod column;
 mod command;

@@ -11,10 +11,10 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 /// Numbers that follow from a seed alone.
-struct Random(u64);
+pub struct Random(pub u64);
 
 impl Random {
-    fn below(&mut self, limit: u64) -> u64 {
+    pub fn below(&mut self, limit: u64) -> u64 {
         self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
         (self.0 >> 33) % limit
     }
@@ -27,17 +27,17 @@ fn command(words: &[&str]) -> String {
 }
 
 /// A mock that takes `pause` (s) over every solution.
-fn mock(words: &str, pause: &str) -> String {
+pub fn mock(words: &str, pause: &str) -> String {
     let fault = format!("slow:{pause}@*/start");
     let words = words.split_whitespace().chain(["--fault", &fault]);
     command(&[MENISCUS, "mock"].into_iter().chain(words).collect::<Vec<_>>())
 }
 
-const FLUID: &str = "added-mass-column wall=moving mass=0.1 gravity=9.81";
-const STRUCTURE: &str = "spring-mass points=5 stiffness=400 displacement=0,0.01";
+pub const FLUID: &str = "added-mass-column wall=moving mass=0.1 gravity=9.81";
+pub const STRUCTURE: &str = "spring-mass points=5 stiffness=400 displacement=0,0.01";
 
 /// Schemes with what each remembers from window to window.
-const SCHEMES: [(&str, &[&str]); 6] = [
+pub const SCHEMES: [(&str, &[&str]); 6] = [
     ("explicit", &["coupling.relaxation=0.5"]),
     ("parallel", &["coupling.scheme=parallel-explicit", "coupling.relaxation=0.1"]),
     ("ils", &["coupling.scheme=serial-implicit"]),
@@ -48,9 +48,9 @@ const SCHEMES: [(&str, &[&str]); 6] = [
 
 /// A bench with a case of mocks, or of these participants: 50 windows, of which every third has a checkpoint
 /// where a test kills.
-struct Case {
-    bench: Bench,
-    file: String,
+pub struct Case {
+    pub bench: Bench,
+    pub file: String,
 }
 
 impl Case {
@@ -65,12 +65,12 @@ impl Case {
     }
 
     /// Of mocks that take `pause` (s) over every solution.
-    fn of_mocks(pause: &str) -> Self {
+    pub fn of_mocks(pause: &str) -> Self {
         Self::of(&mock(FLUID, pause), &mock(STRUCTURE, pause))
     }
 
     /// The undisturbed run, without checkpoints.
-    fn whole(&self, out: &str, settings: &[&str]) -> Outputs {
+    pub fn whole(&self, out: &str, settings: &[&str]) -> Outputs {
         self.completed(out, &[&[self.file.as_str()], settings].concat())
     }
 
@@ -85,7 +85,7 @@ impl Case {
         self.bench.call(&[&["run", "--resume", &dir, "--no-report", "--quiet"], words].concat())
     }
 
-    fn checkpoints(&self, out: &str) -> Vec<PathBuf> {
+    pub fn checkpoints(&self, out: &str) -> Vec<PathBuf> {
         let entries = fs::read_dir(self.bench.path(out).join("checkpoints")).into_iter().flatten().flatten();
         let mut paths: Vec<_> = entries.map(|entry| entry.path()).collect();
         paths.retain(|path| path.extension().is_some_and(|ending| ending == "checkpoint"));
@@ -158,7 +158,7 @@ fn result(outputs: &Outputs) -> Vec<(String, Vec<u8>)> {
 }
 
 /// Names where two results differ.
-fn assert_equal(one: &Outputs, other: &Outputs) {
+pub fn assert_equal(one: &Outputs, other: &Outputs) {
     let (one, other) = (result(one), result(other));
     let names = |result: &[(String, Vec<u8>)]| result.iter().map(|r| r.0.clone()).collect::<Vec<_>>();
     assert_eq!(names(&one), names(&other));
@@ -169,7 +169,7 @@ fn assert_equal(one: &Outputs, other: &Outputs) {
 }
 
 /// `--set` before each.
-fn set<'a>(settings: &[&'a str]) -> Vec<&'a str> {
+pub fn set<'a>(settings: &[&'a str]) -> Vec<&'a str> {
     settings.iter().flat_map(|setting| ["--set", setting]).collect()
 }
 

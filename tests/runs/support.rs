@@ -157,17 +157,19 @@ impl Running {
 
     /// The process that the run started for that role, once there is one.
     pub fn participant(&self, role: Role) -> Pid {
+        until("the participant's process", || self.participant_if_any(role))
+    }
+
+    /// The process that the run has started for that role.
+    pub fn participant_if_any(&self, role: Role) -> Option<Pid> {
         let id = self.child.id();
-        let children = format!("/proc/{id}/task/{id}/children");
+        let ids = fs::read_to_string(format!("/proc/{id}/task/{id}/children")).ok()?;
         let variable = format!("MENISCUS_ROLE={role}");
-        until("the participant's process", || {
-            let ids = fs::read_to_string(&children).ok()?;
-            let found = ids.split_whitespace().find(|id| {
-                let environment = fs::read(format!("/proc/{id}/environ")).unwrap_or_default();
-                environment.split(|&byte| byte == 0).any(|entry| entry == variable.as_bytes())
-            })?;
-            Pid::from_raw(found.parse().ok()?)
-        })
+        let found = ids.split_whitespace().find(|id| {
+            let environment = fs::read(format!("/proc/{id}/environ")).unwrap_or_default();
+            environment.split(|&byte| byte == 0).any(|entry| entry == variable.as_bytes())
+        })?;
+        Pid::from_raw(found.parse().ok()?)
     }
 
     /// Whether it has ended.
