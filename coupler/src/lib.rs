@@ -8,6 +8,7 @@
 //! forces between point sets that do not match; [`mapped`] puts a structure behind one, or a fluid. The loop
 //! announces its [`phase`]s, and [`timing`] has the clock. [`placement`] puts the processes on one core where
 //! that is faster. [`mod@bench`] measures what all of it takes.
+//! [`recording`] keeps what crosses to a participant, and plays it back in its place.
 
 pub mod acceleration;
 pub mod bench;
@@ -20,6 +21,7 @@ pub mod mapping;
 pub mod phase;
 pub mod placement;
 pub mod progress;
+pub mod recording;
 pub mod records;
 pub mod run;
 pub mod schedule;
