@@ -355,6 +355,7 @@ fn measure(case: &Case, windows: Option<Windows>) -> Result<String, String> {
         stop: Arc::clone(&stop),
         checkpoints: None,
         from: None,
+        record: None,
     };
     let (send, ended) = std::sync::mpsc::channel::<()>();
     let clock = std::thread::spawn(move || {

@@ -225,6 +225,7 @@ fn begin(case: &Case) {
         stop: Arc::clone(&stop),
         checkpoints: None,
         from: None,
+        record: None,
     };
     std::thread::spawn(move || {
         std::thread::sleep(Duration::from_millis(300));

@@ -250,6 +250,7 @@ fn run_variant(
         stop: Arc::clone(&options.stop),
         checkpoints: None,
         from: None,
+        record: None,
     };
     let (summary, result) = coupler::run::run(case, &run_options, &solvers);
     if summary.status == Status::Interrupted {

@@ -104,6 +104,7 @@ fn measure_in(
         stop: options.stop.clone(),
         checkpoints: None,
         from: None,
+        record: None,
     };
     let none = |_: Role| Err(ParticipantError::failed("the bench has no participant in its own process"));
     let solvers = Solvers { in_process: &none, executable: &options.executable };
