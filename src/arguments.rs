@@ -201,7 +201,7 @@ Recordings: all that crossed, to the bit, from which either side is played back 
 to find where another build, machine or option first departs; all of it is in docs/record.md.
 
   meniscus run case.toml --record gate.record
-  meniscus run case.toml --out out/c --set 'fluid.participant.command=[\"meniscus\", \"mock\", \"--replay\", \"gate.record\"]'";
+  meniscus run case.toml --out out/c --set 'fluid.participant={command=[\"meniscus\", \"mock\", \"--replay\", \"gate.record\"]}'";
 
 /// A number of bytes, with kB, MB or GB after it.
 fn size(text: &str) -> Result<u64, String> {

@@ -17,7 +17,7 @@ use tempfile::TempDir;
 
 const FLUID: &str = "added-mass-column wall=moving mass=0.5";
 const STRUCTURE: &str = "spring-mass stiffness=4e3 displacement=0,0.01 load=linear";
-const EXPLICIT: SerialExplicit = SerialExplicit { relaxation: 0.5, enforce: true, predict: true };
+const EXPLICIT: SerialExplicit = SerialExplicit { relaxation: 1.0, enforce: false, predict: true };
 
 fn mock(words: &str) -> Box<dyn Participant> {
     build(words).expect("a mock")
@@ -97,12 +97,12 @@ fn either_side_is_played_back_to_the_bit_under_every_scheme_and_acceleration() {
 fn one_bit_of_one_field_in_one_window_is_found_and_named() {
     let (_folder, path, _) = recorded(EXPLICIT.into());
     for (role, other, said) in [
-        (Role::Fluid, format!("{STRUCTURE} --fault bit:3@7.1"), "in window 8 (iteration 0) from t = 0.0008"),
+        (Role::Fluid, format!("{STRUCTURE} --fault bit:3@7.0"), "in window 7 (iteration 0) from t = 0.0007"),
         (Role::Structure, format!("{FLUID} --fault bit:3@7"), "in window 7 (iteration 1) from t = 0.0007"),
     ] {
         let mut ended = replayed(&path, role, &other, OnDeparture::End, EXPLICIT.into());
         let error = ended.drive().expect_err("it departs").to_string();
-        let field = if role == Role::Fluid { "position" } else { "pressure_gradient" };
+        let field = if role == Role::Fluid { "velocity" } else { "pressure_gradient" };
         let place = format!("field `{field}`, point 3, component 0: recorded ");
         assert!(error.contains(said) && error.contains(&place), "{error}");
         let mut went_on = replayed(&path, role, &other, OnDeparture::Continue, EXPLICIT.into());
