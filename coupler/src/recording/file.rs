@@ -32,7 +32,7 @@ const FRAME: usize = 13;
 pub const MOST_UNPACKED: usize = 256 << 20;
 /// Room that is kept for the end of the file (bytes).
 const ROOM_FOR_END: u64 = 4 << 10;
-/// DEFLATE's level: the next ones take two to four times as long for some per cent.
+/// DEFLATE's level: of the coarse gate 1 wrote 5 % more, and 6 wrote 1 % less.
 const LEVEL: u32 = 3;
 
 /// A recording that cannot be written or read.
