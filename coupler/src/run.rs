@@ -49,7 +49,8 @@ const RECORDING: &str = "recording";
 pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Result<(), RunError>) {
     let started = Instant::now();
     // Held until the end: a second run into the same folder is refused.
-    let folder = callable(case, options).and_then(|()| recordable(options)).and_then(|()| prepare(case, options));
+    let folder =
+        callable(case, options).and_then(|()| recordable(options)).and_then(|()| prepare(case, options));
     let Outcome { result, ending, known } = match &folder {
         Ok(held) => couple(case, options, solvers, held.folder.try_clone().ok()),
         Err(_) => Outcome::default(),
@@ -173,7 +174,8 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File
         coupler.extra.insert(seconds_key(phase), seconds.into());
     }
     if let Some(Kept { path, bytes, blocks, note }) = recording.map(|recording| recording.end()) {
-        let told = serde_json::json!({ "file": path.display().to_string(), "bytes": bytes, "blocks": blocks });
+        let told =
+            serde_json::json!({ "file": path.display().to_string(), "bytes": bytes, "blocks": blocks });
         coupler.extra.insert(RECORDING.to_owned(), told);
         outcome.known.notes.extend(note);
     }

@@ -64,7 +64,9 @@ pub fn mock(arguments: &Mock) -> ExitCode {
 /// side's log.
 fn replay(arguments: &Mock, recording: &Path) -> ExitCode {
     let Some(role) = arguments.role else {
-        return failed("a replay needs the side that it stands in for: give --role fluid or --role structure");
+        return failed(
+            "a replay needs the side that it stands in for: give --role fluid or --role structure",
+        );
     };
     let role = role.into();
     let on_departure = match arguments.on_departure {

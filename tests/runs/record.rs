@@ -34,7 +34,10 @@ fn either_side_of_the_gate_is_played_back_to_the_bit() {
     let recorded = bench.coarse_gate("recorded", &["--record", &file]);
     let told = &recorded.summary().roles["coupler"].extra["recording"];
     let length = fs::metadata(&file).expect("a recording").len();
-    assert!(told["file"] == file.as_str() && told["bytes"] == length && told["blocks"].as_u64() > Some(0), "{told}");
+    assert!(
+        told["file"] == file.as_str() && told["bytes"] == length && told["blocks"].as_u64() > Some(0),
+        "{told}"
+    );
     let in_process = bench.path("in-process.record").display().to_string();
     bench.coarse_gate("in-process", &["--in-process", "--record", &in_process]);
     for (role, of) in [("fluid", &file), ("structure", &file), ("fluid", &in_process)] {
@@ -79,7 +82,9 @@ impl Recorded {
     }
 
     fn run(&self, out: &str, words: &[&str]) -> Ended {
-        self.bench.start_run(out, &[&[self.file.as_str()], words, &["--no-report", "--quiet"]].concat()).wait()
+        self.bench
+            .start_run(out, &[&[self.file.as_str()], words, &["--no-report", "--quiet"]].concat())
+            .wait()
     }
 }
 
@@ -115,7 +120,8 @@ fn what_is_not_there_any_more_is_played_back_and_a_bit_that_differs_is_named() {
 fn what_is_no_recording_is_refused_by_name() {
     let bench = Bench::new();
     for (file, said) in [("Cargo.toml", "it is no recording"), ("none.record", "No such file")] {
-        let refused = bench.call(&["mock", "--replay", file, "--role", "fluid", "--case", "none", "--run", "none"]);
+        let refused =
+            bench.call(&["mock", "--replay", file, "--role", "fluid", "--case", "none", "--run", "none"]);
         assert!(refused.status.code() == Some(1) && refused.errors.contains(said), "{}", refused.errors);
         assert!(refused.errors.contains(file), "{}", refused.errors);
     }

@@ -132,7 +132,8 @@ impl Departures {
         if largest.is_empty() && otherwise.is_none() {
             return vec![format!("replayed {solutions} inputs, all of them as recorded, to the bit")];
         }
-        let mut lines = vec![format!("replayed {solutions} inputs, of which {departed} depart from the recording")];
+        let mut lines =
+            vec![format!("replayed {solutions} inputs, of which {departed} depart from the recording")];
         lines.extend(otherwise.iter().map(|what| format!("  {what}")));
         lines.extend(largest.values().map(|departure| format!("  largest departure: {departure}")));
         lines

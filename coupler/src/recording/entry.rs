@@ -213,7 +213,8 @@ impl Decoder {
     /// Bytes that are none, or do not fit the descriptions before.
     pub fn entry(&mut self, bytes: &[u8]) -> Result<Entry, Error> {
         let mut state = Reader::new(ENTRY, MAGIC, bytes)?;
-        let role = state.tag("role", |byte| [Role::Fluid, Role::Structure].get(usize::from(byte)).copied())?;
+        let role =
+            state.tag("role", |byte| [Role::Fluid, Role::Structure].get(usize::from(byte)).copied())?;
         let event = match state.u8("call")? {
             0 => {
                 let text = state.text("description")?;
@@ -410,8 +411,7 @@ mod tests {
         let window =
             TimeWindow { index: 0, iteration: 1, start: 0.0, size: 1e-3, sub_steps: SubSteps::Fixed(7) };
         let ready = Readiness { window_limit: f64::INFINITY, scalars: vec![] };
-        let report =
-            WindowReport { sub_steps: 7, window_limit: 0.1, compute_seconds: 2.0, scalars: vec![] };
+        let report = WindowReport { sub_steps: 7, window_limit: 0.1, compute_seconds: 2.0, scalars: vec![] };
         let (mut encoder, role) = (Encoder::default(), Role::Fluid);
         let no_error = |()| -> Result<(), String> { Ok(()) };
         let entries = [
@@ -424,8 +424,7 @@ mod tests {
             encoder.terminated(role, no_error(())),
         ];
         let mut decoder = Decoder::default();
-        let read: Vec<_> =
-            entries.iter().map(|entry| decoder.entry(entry).unwrap().event).collect();
+        let read: Vec<_> = entries.iter().map(|entry| decoder.entry(entry).unwrap().event).collect();
         let bits = |values: &[f64]| values.iter().map(|v| v.to_bits()).collect::<Vec<_>>();
         let Event::Initialized { inputs, given: Ok((_, found)), .. } = &read[1] else { panic!() };
         assert_eq!((bits(&inputs[0]), inputs.len(), found), (bits(&velocity), 2, &ready));

@@ -188,7 +188,8 @@ impl Reading {
             header: Header::default(),
         };
         let mut magic = [0; 8];
-        let none = "it is no recording: it does not start as one; give a file that `meniscus run --record` wrote";
+        let none =
+            "it is no recording: it does not start as one; give a file that `meniscus run --record` wrote";
         if !reading.fill(&mut magic)? || magic[..7] != MAGIC[..7] {
             return Err(error(none.to_owned()));
         }
@@ -281,9 +282,7 @@ impl Reading {
                 Ok(true)
             }
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(false),
-            Err(source) => {
-                Err(Error { doing: "read", path: self.path.clone(), what: source.to_string() })
-            }
+            Err(source) => Err(Error { doing: "read", path: self.path.clone(), what: source.to_string() }),
         }
     }
 

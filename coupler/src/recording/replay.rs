@@ -4,8 +4,7 @@ use super::departure::{Departures, Place};
 use super::entry::{Decoder, Event, Outcome, is_kept};
 use super::file::{Block, Error, Header, Reading};
 use interfaces::{
-    Description, Fields, Participant, ParticipantError, Readiness, Result, Role, TimeWindow,
-    WindowReport,
+    Description, Fields, Participant, ParticipantError, Readiness, Result, Role, TimeWindow, WindowReport,
 };
 use std::path::Path;
 use std::time::Instant;
@@ -95,7 +94,9 @@ impl Replay {
         let path = self.source.reading.path().display();
         ParticipantError::failed(match found {
             Some(event) => format!("the recording {path} has {} where the run asks {wanted}", named(event)),
-            None => format!("the recording {path} ends before the run, which asks {wanted}: {}", self.source.end),
+            None => {
+                format!("the recording {path} ends before the run, which asks {wanted}: {}", self.source.end)
+            }
         })
     }
 
@@ -103,7 +104,9 @@ impl Replay {
         let found = self.departures.compare(place, recorded, now).map_err(ParticipantError::Failed)?;
         match found {
             Some((first, 1)) => self.depart(&first.to_string()),
-            Some((first, count)) => self.depart(&format!("{first}; {count} values of its inputs depart there")),
+            Some((first, count)) => {
+                self.depart(&format!("{first}; {count} values of its inputs depart there"))
+            }
             None => Ok(()),
         }
     }
@@ -116,11 +119,12 @@ impl Replay {
 
     fn depart(&mut self, what: &str) -> Result<()> {
         let path = self.source.reading.path().display();
-        let what = format!("the {} is replayed from {path}, and the run departs from it first {what}", self.role);
+        let what =
+            format!("the {} is replayed from {path}, and the run departs from it first {what}", self.role);
         match self.on_departure {
-            OnDeparture::End => {
-                Err(ParticipantError::failed(format!("{what}; go on all the same with --on-departure continue")))
-            }
+            OnDeparture::End => Err(ParticipantError::failed(format!(
+                "{what}; go on all the same with --on-departure continue"
+            ))),
             OnDeparture::Continue => {
                 if !std::mem::replace(&mut self.told, true) {
                     (self.tell)(&what);
@@ -175,7 +179,9 @@ impl Participant for Replay {
         let began = Instant::now();
         let wanted = || format!("for {}", Place::Solution(*window));
         let again = match self.next()? {
-            Some(Event::Started { window: recorded, inputs: was, given }) if recorded.index == window.index => {
+            Some(Event::Started { window: recorded, inputs: was, given })
+                if recorded.index == window.index =>
+            {
                 self.compare_windows(&recorded, window)?;
                 self.compare(Place::Solution(*window), &was, inputs)?;
                 answer(given)?;
@@ -325,7 +331,8 @@ impl Source {
                     return Ok(None);
                 }
                 Block::Cut(at) => {
-                    self.end = format!("the run that was recorded was cut off there, at byte {at} of its file");
+                    self.end =
+                        format!("the run that was recorded was cut off there, at byte {at} of its file");
                     return Ok(None);
                 }
             }

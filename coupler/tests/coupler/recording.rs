@@ -110,7 +110,10 @@ fn one_bit_of_one_field_in_one_window_is_found_and_named() {
         end(&mut went_on.run);
         let told = went_on.told.borrow();
         assert!(told[0].contains(said) && told[0].contains(&place), "{told:?}");
-        assert!(told.iter().any(|line| line.contains("largest departure") && line.contains(field)), "{told:?}");
+        assert!(
+            told.iter().any(|line| line.contains("largest departure") && line.contains(field)),
+            "{told:?}"
+        );
     }
 }
 
@@ -118,7 +121,8 @@ fn one_bit_of_one_field_in_one_window_is_found_and_named() {
 fn another_number_of_solutions_is_a_departure() {
     let schemes = schemes();
     let named = |name: &str| &schemes.iter().find(|(found, _)| found == name).expect("it is there").1;
-    let (few, many) = (named("IQN-ILS, parallel: false, order 2"), named("constant, parallel: false, order 2"));
+    let (few, many) =
+        (named("IQN-ILS, parallel: false, order 2"), named("constant, parallel: false, order 2"));
     for (first, second) in [(few, many), (many, few)] {
         let (_folder, path, _) = recorded(first());
         let mut ended = replayed(&path, Role::Fluid, STRUCTURE, OnDeparture::End, second());

@@ -99,7 +99,11 @@ impl FromStr for Fault {
         let reports = matches!(call, Call::Initialize | Call::Finish);
         let needs_report = matches!(
             kind,
-            FaultKind::NotANumber(_) | FaultKind::Bit(_) | FaultKind::NoPoints | FaultKind::Scalars | FaultKind::WindowLimit(_)
+            FaultKind::NotANumber(_)
+                | FaultKind::Bit(_)
+                | FaultKind::NoPoints
+                | FaultKind::Scalars
+                | FaultKind::WindowLimit(_)
         );
         if needs_report && !reports {
             return Err(wrong(&format!("`{call}` gives nothing that could be wrong")));
@@ -287,6 +291,7 @@ mod tests {
         let fault = |kind, call, window, iteration| Ok(Fault { kind, call, window, iteration });
         assert_eq!(read("nan@12"), fault(FaultKind::NotANumber(0), Call::Finish, Some(12), None));
         assert_eq!(read("nan:7@2.1"), fault(FaultKind::NotANumber(7), Call::Finish, Some(2), Some(1)));
+        assert_eq!(read("bit:2@7"), fault(FaultKind::Bit(2), Call::Finish, Some(7), None));
         assert_eq!(read("kill@3.1/start"), fault(FaultKind::Kill, Call::Start, Some(3), Some(1)));
         assert_eq!(read("slow:0.01@*"), fault(FaultKind::Slow(0.01), Call::Finish, None, None));
         assert_eq!(read("error@terminate"), fault(FaultKind::Error, Call::Terminate, None, None));
