@@ -5,7 +5,7 @@
 //! and says where what it is given departs from what that side was given. The program of a recorded side
 //! need not be there any more.
 //!
-//! [`file`] has the bytes: blocks with checksums, of which those before a cut are read. [`entry`] is what
+//! [`mod@file`] has the bytes: blocks with checksums, of which those before a cut are read. [`entry`] is what
 //! stands in them, a call each; [`departure`] compares. For users: `docs/record.md`.
 
 pub mod departure;
