@@ -170,8 +170,8 @@ pub struct Run {
     /// Write trace.json: who computed, waited, mapped and sent, when; for ui.perfetto.dev or chrome://tracing
     #[arg(long)]
     pub trace: bool,
-    /// Record all that crosses between the coupler and both sides into this file, which must not be there yet;
-    /// `meniscus mock --replay FILE` then stands in for either side
+    /// Record all that crosses between the coupler and both sides into this file, which must not be there
+    /// yet; `meniscus mock --replay FILE` then stands in for either side
     #[arg(long, value_name = "FILE", conflicts_with_all = ["resume", "branch"])]
     pub record: Option<PathBuf>,
     /// Size of that file at most, for example 500MB: the recording ends there, and the run goes on
@@ -382,8 +382,8 @@ pub struct Mock {
         allow_hyphen_values = true
     )]
     pub words: Vec<String>,
-    /// Instead stand in for one side of the run that `meniscus run --record FILE` recorded: give what it gave, to
-    /// the bit, and compare what is taken with what it took
+    /// Instead stand in for one side of the run that `meniscus run --record FILE` recorded: give what it gave,
+    /// to the bit, and compare what is taken with what it took
     #[arg(long, value_name = "FILE")]
     pub replay: Option<PathBuf>,
     /// With --replay: the side to stand in for, as the coupler passes it

@@ -1,6 +1,6 @@
 //! Recordings: either side of a run is played back where its program is not there, and what departs is named.
 
-use crate::support::{Bench, COARSE, Ended, MENISCUS, Outputs};
+use crate::support::{Bench, COARSE, Ended, MENISCUS, Outputs, assert_same};
 use crate::unit::spring_unit::{Spring, case_text};
 use std::fs;
 
@@ -39,7 +39,8 @@ fn either_side_of_the_gate_is_played_back_to_the_bit() {
         "{told}"
     );
     let in_process = bench.path("in-process.record").display().to_string();
-    bench.coarse_gate("in-process", &["--in-process", "--record", &in_process]);
+    assert_same(&recorded, &bench.coarse_gate("in-process", &["--in-process", "--record", &in_process]));
+    assert_same(&recorded, &bench.coarse_gate("not-recorded", &["--in-process"]));
     for (role, of) in [("fluid", &file), ("structure", &file), ("fluid", &in_process)] {
         let replayed = bench.coarse_gate("replayed", &["--set", &replay(role, of, &[])]);
         assert!(tables(&replayed) == tables(&recorded), "{role} of {of}");

@@ -38,10 +38,10 @@ pub enum FaultKind {
     Stop,
 }
 
-/// A fault and its place. Written `KIND@WHERE`, where `KIND` is `error`, `panic`, `nan[:POINT]`, `bit[:POINT]`,
-/// `scalars`, `limit:SECONDS`, `hang`, `slow:SECONDS`, `abort`, `kill` or `stop`, and `WHERE` is
-/// `WINDOW[.ITERATION][/CALL]` (in `finish` where no call is named; `*` is every window) or a `CALL` alone:
-/// `nan@12`, `kill@3.1/start`, `slow:0.01@*`, `error@terminate`.
+/// A fault and its place. Written `KIND@WHERE`, where `KIND` is `error`, `panic`, `nan[:POINT]`,
+/// `bit[:POINT]`, `no-points`, `scalars`, `limit:SECONDS`, `hang`, `slow:SECONDS`, `abort`, `kill` or `stop`,
+/// and `WHERE` is `WINDOW[.ITERATION][/CALL]` (in `finish` where no call is named; `*` is every window) or a
+/// `CALL` alone: `nan@12`, `kill@3.1/start`, `slow:0.01@*`, `error@terminate`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
     /// What goes wrong.
