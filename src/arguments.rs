@@ -382,8 +382,8 @@ pub struct Mock {
         allow_hyphen_values = true
     )]
     pub words: Vec<String>,
-    /// Instead stand in for one side of the run that `meniscus run --record FILE` recorded: give what it gave,
-    /// to the bit, and compare what is taken with what it took
+    /// Instead stand in for one side of the run that `meniscus run --record FILE` recorded: give what it
+    /// gave, to the bit, and compare what is taken with what it took
     #[arg(long, value_name = "FILE")]
     pub replay: Option<PathBuf>,
     /// With --replay: the side to stand in for, as the coupler passes it

@@ -440,5 +440,17 @@ mod tests {
                 assert!(decoder.entry(&entries[cut][..length]).is_err(), "entry {cut}, {length} bytes");
             }
         }
+        // Whatever stands there is read or refused: nothing panics, nothing large is reserved.
+        for (changed, entry) in entries.iter().enumerate() {
+            for (at, value) in (0..entry.len()).flat_map(|at| [0, 1, 127, 255].map(|value| (at, value))) {
+                let mut decoder = Decoder::default();
+                entries[..changed].iter().for_each(|entry| drop(decoder.entry(entry).unwrap()));
+                let mut other = entry.clone();
+                other[at] = value;
+                if let Ok(read) = decoder.entry(&other) {
+                    assert!(other == *entry || at > 8, "{read:?}");
+                }
+            }
+        }
     }
 }
