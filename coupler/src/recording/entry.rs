@@ -215,7 +215,11 @@ impl Decoder {
         let mut state = Reader::new(ENTRY, MAGIC, bytes)?;
         let role =
             state.tag("role", |byte| [Role::Fluid, Role::Structure].get(usize::from(byte)).copied())?;
-        let event = match state.u8("call")? {
+        let call = state.u8("call")?;
+        if call != 0 && !self.descriptions.contains_key(&role) {
+            return Err(state.refuse("call", format!("one on the {role}, which was not described")));
+        }
+        let event = match call {
             0 => {
                 let text = state.text("description")?;
                 let read: Result<Description, _> = serde_json::from_str(text);
@@ -281,9 +285,7 @@ impl Decoder {
         direction: Direction,
         initial: bool,
     ) -> Result<Vec<Vec<f64>>, Error> {
-        let Some(description) = self.descriptions.get(&role) else {
-            return Err(state.refuse("call", format!("one on the {role}, which was not described")));
-        };
+        let description = self.descriptions.get(&role).expect("calls on a side follow its description");
         let ports = description.ports.iter().filter(|port| port.direction == direction);
         let mut arrays = Vec::new();
         for port in ports.filter(|port| is_kept(port, initial)) {
