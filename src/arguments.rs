@@ -29,6 +29,7 @@ Examples:
   meniscus run --resume out/elastic_gate                go on from the last checkpoint of a run
   meniscus status out/elastic_gate                      what a run is at: rate, time left, who waits for whom
   meniscus sweep my_case.toml --over structure.material.youngs_modulus=0.5e6,1e6,4e6    one run for each modulus
+  meniscus run my_case.toml --record my.record          keep all that crosses, to play either side back
   meniscus mock --help                                  partners to test a solver of your own against";
 
 /// Exit codes: 0 done, 1 failed, 2 the case or the arguments are wrong, 130 interrupted.
@@ -179,6 +180,13 @@ pub struct Run {
     /// Write trace.json: who computed, waited, mapped and sent, when; for ui.perfetto.dev or chrome://tracing
     #[arg(long)]
     pub trace: bool,
+    /// Record all that crosses between the coupler and both sides into this file, which must not be there
+    /// yet; `meniscus mock --replay FILE` then stands in for either side
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["resume", "branch"])]
+    pub record: Option<PathBuf>,
+    /// Size of that file at most, for example 500MB: the recording ends there, and the run goes on
+    #[arg(long, value_name = "SIZE", default_value = "4GB", value_parser = size, requires = "record")]
+    pub record_limit: u64,
     /// Do not make the report at the end
     #[arg(long)]
     pub no_report: bool,
@@ -197,7 +205,24 @@ are those of [checkpoints]; all of it is in docs/restart.md.
   meniscus run case.toml --out out/a --checkpoint-every 0.01
   meniscus run --resume out/a                       go on where it was killed, or has ended
   meniscus run --resume out/a --end-time 2          a run that has ended, longer
-  meniscus run --branch out/a --out out/b --set structure.material.youngs_modulus=2e6";
+  meniscus run --branch out/a --out out/b --set structure.material.youngs_modulus=2e6
+
+Recordings: all that crossed, to the bit, from which either side is played back where its program is not there, or
+to find where another build, machine or option first departs; all of it is in docs/record.md.
+
+  meniscus run case.toml --record gate.record
+  meniscus run case.toml --out out/c --set 'fluid.participant={command=[\"meniscus\", \"mock\", \"--replay\", \"gate.record\"]}'";
+
+/// A number of bytes, with kB, MB or GB after it.
+fn size(text: &str) -> Result<u64, String> {
+    let units = [("kB", 1e3), ("MB", 1e6), ("GB", 1e9), ("B", 1.0)];
+    let found = units.into_iter().find_map(|(unit, bytes)| Some((text.strip_suffix(unit)?, bytes)));
+    let (number, bytes) = found.unwrap_or((text, 1.0));
+    match number.trim().parse::<f64>() {
+        Ok(number) if number > 0.0 && number * bytes < 1e18 => Ok((number * bytes) as u64),
+        _ => Err("give a number with its unit, for example 500MB or 4GB".to_owned()),
+    }
+}
 
 /// `meniscus status`.
 #[derive(Args)]
@@ -394,14 +419,38 @@ pub struct Join {
 #[command(after_help = partners::help())]
 pub struct Mock {
     /// Kind of partner and its settings, for example: spring-mass points=40 stiffness=1e4
-    #[arg(required = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    #[arg(
+        required_unless_present = "replay",
+        conflicts_with = "replay",
+        trailing_var_arg = true,
+        allow_hyphen_values = true
+    )]
     pub words: Vec<String>,
+    /// Instead stand in for one side of the run that `meniscus run --record FILE` recorded: give what it
+    /// gave, to the bit, and compare what is taken with what it took
+    #[arg(long, value_name = "FILE")]
+    pub replay: Option<PathBuf>,
+    /// With --replay: the side to stand in for, as the coupler passes it
+    #[arg(long, value_enum, env = "MENISCUS_ROLE")]
+    pub role: Option<Side>,
+    /// With --replay: what to do where the run departs from the recording, after saying where and by how much
+    #[arg(long, value_enum, default_value = "end")]
+    pub on_departure: OnDeparture,
     /// Case file as the coupler resolved it
     #[arg(long, env = "MENISCUS_CASE", value_name = "FILE")]
     pub case: PathBuf,
     /// The run.
     #[command(flatten)]
     pub join: Join,
+}
+
+/// What a replay does where the run departs from the recording.
+#[derive(Clone, Copy, ValueEnum)]
+pub enum OnDeparture {
+    /// End the run as failed: what was recorded is no answer to what is asked then
+    End,
+    /// Answer as recorded, and tell the largest departure of each field at the end
+    Continue,
 }
 
 /// `meniscus bench`.

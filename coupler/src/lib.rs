@@ -10,6 +10,7 @@
 //! that is faster. [`board`] keeps what everybody is at, [`status`] tells it, [`request`] is what a run may
 //! be asked for while it goes on. [`scenario`] changes what crosses, and has participants fail. [`mod@bench`]
 //! measures what all of it takes.
+//! [`recording`] keeps what crosses to a participant, and plays it back in its place.
 
 pub mod acceleration;
 pub mod bench;
@@ -23,6 +24,7 @@ pub mod mapping;
 pub mod phase;
 pub mod placement;
 pub mod progress;
+pub mod recording;
 pub mod records;
 pub mod request;
 pub mod run;

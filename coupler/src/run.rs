@@ -11,13 +11,14 @@ mod watch;
 
 pub use folder::{CASE, SUMMARY, is_alive};
 pub use found::Found;
-pub use options::{Options, RunError};
+pub use options::{Options, Record, RunError};
 pub use participants::{Build, Solvers, participant_deadlines, threads};
 pub use recorded::{Recorded, Wanted};
 
 use crate::convergence::Residual;
 use crate::phase::{Announce, Phase};
 use crate::progress::Progress;
+use crate::recording::{self, Header, Kept, Recording};
 use crate::schedule::Schedule;
 use crate::schemes::{Coupled, Onward, Pair, Run, Scheme, SchemeError, Solver};
 use crate::side::Side;
@@ -44,12 +45,16 @@ use watch::Watch;
 /// ([`crate::placement`]).
 const WINDOWS_ON_ONE_CORE: &str = "windows_on_one_core";
 
+/// Key of the summary's coupler: the recording's file, its bytes and blocks ([`crate::recording`]).
+const RECORDING: &str = "recording";
+
 /// Runs a case and writes its outputs. The summary is written, and given, however the run ends; the error
 /// says why it did not complete.
 pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Result<(), RunError>) {
     let started = Instant::now();
     // Held until the end: a second run into the same folder is refused.
     let folder = callable(case, options)
+        .and_then(|()| recordable(options))
         .and_then(|()| prepare(case, options))
         .and_then(|held| folder::keep_scenario(&options.out, options.scenario.as_ref()).map(|()| held));
     let Outcome { result, ending, known } = match &folder {
@@ -142,6 +147,10 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File
         Ok(trace) => Timing::new(trace),
         Err(error) => return RunError::from(error).into(),
     };
+    let recording = match recording(case, options) {
+        Ok(recording) => recording,
+        Err(error) => return RunError::from(error).into(),
+    };
     let board = timing.board();
     board.about(|status| {
         status.title.clone_from(&case.general.title);
@@ -150,6 +159,9 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File
     });
     let watch = Watch::start(&options.out, board);
     let mut participants = Participants::new(timing.clone(), &options.stop, folder);
+    if let Some(recording) = &recording {
+        participants.record(recording.clone());
+    }
     let announce = timing.announce();
     // Whatever comes of it, those that were started are ended, and nothing is left in shared memory.
     let mut outcome = caught(|| {
@@ -178,8 +190,22 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File
     for (phase, seconds) in timing.seconds() {
         coupler.extra.insert(seconds_key(phase), seconds.into());
     }
+    if let Some(Kept { path, bytes, blocks, note }) = recording.map(|recording| recording.end()) {
+        let told =
+            serde_json::json!({ "file": path.display().to_string(), "bytes": bytes, "blocks": blocks });
+        coupler.extra.insert(RECORDING.to_owned(), told);
+        outcome.known.notes.extend(note);
+    }
     outcome.result = outcome.result.and(timing.end().map_err(RunError::from));
     outcome
+}
+
+/// The recording that is asked for.
+fn recording(case: &Case, options: &Options) -> Result<Option<Recording>, recording::Error> {
+    let Some(Record { path, limit }) = &options.record else { return Ok(None) };
+    let version = env!("CARGO_PKG_VERSION").to_owned();
+    let header = Header { version, case_hash: case.hash(), case: case.to_toml() };
+    Recording::create(path, &header, *limit).map(Some)
 }
 
 /// Makes a panic of the coupler an error with its text.
@@ -404,6 +430,19 @@ fn callable(case: &Case, options: &Options) -> Result<(), RunError> {
         Some(role) if options.in_process => Err(RunError::NotInProcess { role }),
         _ => Ok(()),
     }
+}
+
+/// Refuses, before anything is touched, to record what could not be replayed, or over another file.
+fn recordable(options: &Options) -> Result<(), RunError> {
+    let Some(Record { path, .. }) = &options.record else { return Ok(()) };
+    let what = if options.from.is_some() {
+        "a run that goes on from a checkpoint is not recorded, as its beginning would be missing; start one anew"
+    } else if path.symlink_metadata().is_ok() {
+        "it is there already; remove it, or give another name"
+    } else {
+        return Ok(());
+    };
+    Err(recording::Error { doing: "write", path: path.clone(), what: what.to_owned() }.into())
 }
 
 #[cfg(test)]

@@ -2,7 +2,8 @@
 //! coupler.
 
 use super::{WRONG, failed};
-use crate::arguments::{CaseArguments, Fmu, Join, Mock, Solver};
+use crate::arguments::{self, CaseArguments, Fmu, Join, Mock, Solver};
+use coupler::recording::{OnDeparture, Replay};
 use interfaces::case::Case;
 use interfaces::transport::Alive;
 use interfaces::{Address, Participant, Role};
@@ -46,14 +47,45 @@ pub fn probe(arguments: &CaseArguments, role: Role) -> ExitCode {
     }
 }
 
-/// Serves a mock partner.
+/// Serves a mock partner, or a side that was recorded.
 pub fn mock(arguments: &Mock) -> ExitCode {
+    if let Some(recording) = &arguments.replay {
+        return replay(arguments, recording);
+    }
     let participant = match partners::MockSpec::from_words(&arguments.words).and_then(|spec| spec.build()) {
         Ok(participant) => participant,
         Err(error) => return failed(error),
     };
     let role = participant.describe().role;
     serve(&arguments.case, &arguments.join, role, |_| Ok(participant))
+}
+
+/// Serves a side as it was recorded. What departs is told on standard error, which the coupler keeps as that
+/// side's log.
+fn replay(arguments: &Mock, recording: &Path) -> ExitCode {
+    let Some(role) = arguments.role else {
+        return failed(
+            "a replay needs the side that it stands in for: give --role fluid or --role structure",
+        );
+    };
+    let role = role.into();
+    let on_departure = match arguments.on_departure {
+        arguments::OnDeparture::End => OnDeparture::End,
+        arguments::OnDeparture::Continue => OnDeparture::Continue,
+    };
+    let mut replay = match Replay::open(recording, role, on_departure, |line| super::tell(line)) {
+        Ok(replay) => replay,
+        Err(error) => return failed(error),
+    };
+    serve(&arguments.case, &arguments.join, role, |case| {
+        let changes = case.changes_since(&replay.header().case)?;
+        let changes: Vec<_> =
+            changes.iter().filter(|change| !change.is_free()).map(ToString::to_string).collect();
+        if !changes.is_empty() {
+            replay.note(&format!("it was recorded with another case: {}", changes.join(", ")));
+        }
+        Ok(Box::new(replay))
+    })
 }
 
 /// Becomes a program of another make once the coupler says on standard input that the run's guard knows of

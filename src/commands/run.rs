@@ -2,7 +2,7 @@
 
 use super::{FAILED, INTERRUPTED, failed, resume, say};
 use crate::arguments::Run;
-use coupler::run::{Options, RunError, Solvers};
+use coupler::run::{Options, Record, RunError, Solvers};
 use interfaces::case::Case;
 use output::report::Shown;
 use output::summary::{Extremes, Status, Summary};
@@ -49,6 +49,7 @@ pub fn run(arguments: &Run) -> ExitCode {
         checkpoints: Some(checkpoints),
         from,
         scenario,
+        record: arguments.record.clone().map(|path| Record { path, limit: arguments.record_limit }),
     };
     if arguments.in_process {
         super::set_threads(&case);
@@ -56,7 +57,9 @@ pub fn run(arguments: &Run) -> ExitCode {
     let build = |role| super::solver(&case, role, &out);
     let solvers = Solvers { in_process: &build, executable: &executable };
     let (summary, result) = coupler::run::run(&case, &options, &solvers);
-    if let Err(error @ (RunError::Folder { .. } | RunError::NotInProcess { .. })) = result {
+    if let Err(error @ (RunError::Folder { .. } | RunError::NotInProcess { .. } | RunError::Recording(_))) =
+        result
+    {
         return failed(error);
     }
     print_end(&case, &summary, &out);
@@ -123,6 +126,11 @@ fn print_end(case: &Case, summary: &Summary, out: &Path) {
         say(format_args!(
             "condition   (46): largest residual {before:.1e} before enforcement, {after:.1e} after"
         ));
+    }
+    if let Some(recording) = summary.roles.get("coupler").and_then(|coupler| coupler.extra.get("recording")) {
+        let megabytes = recording["bytes"].as_f64().unwrap_or(0.0) / 1e6;
+        let file = recording["file"].as_str().unwrap_or_default();
+        say(format_args!("recording   {file} ({megabytes:.3} MB)"));
     }
     say(format_args!("outputs     {}", out.display()));
 }

@@ -18,6 +18,7 @@ mod outputs;
 mod probes;
 mod processes;
 mod python;
+mod record;
 mod resources;
 mod restart;
 mod rolling;

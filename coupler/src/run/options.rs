@@ -2,6 +2,7 @@
 
 use super::found::Found;
 use crate::launch;
+use crate::recording;
 use crate::scenario::{Scenario, ScenarioError};
 use crate::schemes::SchemeError;
 use crate::side::SideError;
@@ -34,6 +35,18 @@ pub struct Options {
     pub from: Option<Found>,
     /// What shall be otherwise.
     pub scenario: Option<Scenario>,
+    /// Where all that crosses to and from the participants is recorded; nothing where it is not. Not of a run
+    /// that goes on from a checkpoint: what came before it would be missing.
+    pub record: Option<Record>,
+}
+
+/// A recording that is asked for: see [`crate::recording`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// The file, which must not be there yet.
+    pub path: PathBuf,
+    /// Its bytes at most: the recording ends there, and the run goes on.
+    pub limit: u64,
 }
 
 /// Why a run did not complete.
@@ -98,6 +111,9 @@ pub enum RunError {
         /// Why those that are there are none.
         refused: Vec<RunError>,
     },
+    /// The run cannot be recorded as asked for.
+    #[error(transparent)]
+    Recording(#[from] recording::Error),
     /// The folder of the outputs holds something else.
     #[error("failed to use {} as the folder of the outputs: {what}; choose another with --out", .path.display())]
     Folder {

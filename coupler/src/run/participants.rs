@@ -7,6 +7,7 @@ use crate::launch::{self, Child};
 use crate::mapped::fluid::MappedFluid;
 use crate::mapped::{Filling, Mapped};
 use crate::placement::Placement;
+use crate::recording::Recording;
 use crate::scenario::{Altered, Did, ScenarioError};
 use crate::schemes::SchemeError;
 use crate::side::{Side, SideError};
@@ -64,6 +65,8 @@ pub struct Participants {
     /// The folder of the outputs, locked.
     folder: Option<File>,
     interruption: Rc<Interruption>,
+    /// Where all that crosses is recorded.
+    recording: Option<Recording>,
 }
 
 impl Participants {
@@ -78,7 +81,13 @@ impl Participants {
             did: Did::default(),
             folder,
             interruption: Rc::new(Interruption::by(stop)),
+            recording: None,
         }
+    }
+
+    /// Records all that crosses to and from those that are started from now on.
+    pub(crate) fn record(&mut self, recording: Recording) {
+        self.recording = Some(recording);
     }
 
     /// From now on, who is told to stop waits so long for the window at hand. At first it does not wait.
@@ -138,7 +147,8 @@ impl Participants {
         Ok(())
     }
 
-    /// A participant behind the table of legal calls, timed; one with points of its own behind its mapping.
+    /// A participant behind the table of legal calls, timed, and recorded where that is asked for; one with
+    /// points of its own behind its mapping.
     fn side(
         &self,
         case: &Case,
@@ -147,7 +157,11 @@ impl Participants {
     ) -> Result<Side, RunError> {
         let participant = self.altered(participant, options)?;
         let timed = self.timing.timed(Guarded::new(participant));
-        let Some(coupling) = &case.coupling else { return Ok(Side::new(Box::new(timed))) };
+        let timed: Box<dyn Participant> = match &self.recording {
+            Some(recording) => Box::new(recording.recorder(timed, self.timing.announce())),
+            None => Box::new(timed),
+        };
+        let Some(coupling) = &case.coupling else { return Ok(Side::new(timed)) };
         let (role, announce) = (timed.describe().role, self.timing.announce());
         let mapping = coupling.mapping.clone().or_else(|| mapping_of_forces(case, timed.describe()));
         // What a mapping makes of finite fields is checked again before it is passed on.
@@ -166,7 +180,7 @@ impl Participants {
                 mapped.use_threads(threads(case));
                 Box::new(Guarded::new(mapped))
             }
-            _ => Box::new(timed),
+            _ => timed,
         }))
     }
 

@@ -19,7 +19,7 @@ use partners::build;
 use std::collections::BTreeMap;
 
 /// Windows of a run, and how many of them before the state is taken.
-const WINDOWS: u64 = 24;
+pub(super) const WINDOWS: u64 = 24;
 const BEFORE: u64 = 11;
 
 /// A run's state: its parts by name.
@@ -43,7 +43,7 @@ fn side(words: &str) -> Side {
     Side::new(Box::new(Guarded::new(build(words).expect("a mock"))))
 }
 
-fn schedule() -> Schedule {
+pub(super) fn schedule() -> Schedule {
     // An output in the first and in the second part, no window shorter than the others.
     Schedule::new(0.0, 1e-4 * WINDOWS as f64, 8e-4, 1e-4, SubSteps::Fixed(3))
 }
@@ -79,7 +79,7 @@ fn implicit(acceleration: Acceleration, parallel: bool, order: usize) -> Scheme 
 }
 
 /// Every scheme with every acceleration, and its name.
-fn schemes() -> Vec<(String, Box<dyn Fn() -> Scheme>)> {
+pub(super) fn schemes() -> Vec<(String, Box<dyn Fn() -> Scheme>)> {
     let mut schemes: Vec<(String, Box<dyn Fn() -> Scheme>)> = Vec::new();
     for (predict, relaxation) in [(true, 0.5), (false, 0.1)] {
         let scheme = SerialExplicit { relaxation, enforce: true, predict };
@@ -105,7 +105,7 @@ fn schemes() -> Vec<(String, Box<dyn Fn() -> Scheme>)> {
 }
 
 /// All that can be seen of the windows up to one, as bits.
-fn windows(run: &mut Run<Coupled>, until: u64) -> Vec<Vec<u64>> {
+pub(super) fn windows(run: &mut Run<Coupled>, until: u64) -> Vec<Vec<u64>> {
     let mut seen = Vec::new();
     let driven = run.drive(|accepted, Coupled { pair, .. }| {
         let window = accepted.window;

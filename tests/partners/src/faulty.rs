@@ -1,6 +1,8 @@
 //! Any participant, broken at a chosen place: what the rest must survive.
 
-use interfaces::{Call, Description, Direction, Fields, Participant, ParticipantError, Readiness, Result};
+use interfaces::{
+    Call, Description, Direction, Exchange, Fields, Participant, ParticipantError, Readiness, Result,
+};
 use interfaces::{TimeWindow, WindowReport};
 use rustix::process::{Signal, getpid, kill_process};
 use std::str::FromStr;
@@ -16,6 +18,8 @@ pub enum FaultKind {
     Panic,
     /// The first field given has a component that is not a number at this point.
     NotANumber(usize),
+    /// The first field given every window has another last bit in its first component at this point.
+    Bit(usize),
     /// The fields given are of no points.
     NoPoints,
     /// The report has one scalar too many.
@@ -34,10 +38,10 @@ pub enum FaultKind {
     Stop,
 }
 
-/// A fault and its place. Written `KIND@WHERE`, where `KIND` is `error`, `panic`, `nan[:POINT]`, `no-points`,
-/// `scalars`, `limit:SECONDS`, `hang`, `slow:SECONDS`, `abort`, `kill` or `stop`, and `WHERE` is
-/// `WINDOW[.ITERATION][/CALL]` (in `finish` where no call is named; `*` is every window) or a `CALL` alone:
-/// `nan@12`, `kill@3.1/start`, `slow:0.01@*`, `error@terminate`.
+/// A fault and its place. Written `KIND@WHERE`, where `KIND` is `error`, `panic`, `nan[:POINT]`,
+/// `bit[:POINT]`, `no-points`, `scalars`, `limit:SECONDS`, `hang`, `slow:SECONDS`, `abort`, `kill` or `stop`,
+/// and `WHERE` is `WINDOW[.ITERATION][/CALL]` (in `finish` where no call is named; `*` is every window) or a
+/// `CALL` alone: `nan@12`, `kill@3.1/start`, `slow:0.01@*`, `error@terminate`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
     /// What goes wrong.
@@ -95,7 +99,11 @@ impl FromStr for Fault {
         let reports = matches!(call, Call::Initialize | Call::Finish);
         let needs_report = matches!(
             kind,
-            FaultKind::NotANumber(_) | FaultKind::NoPoints | FaultKind::Scalars | FaultKind::WindowLimit(_)
+            FaultKind::NotANumber(_)
+                | FaultKind::Bit(_)
+                | FaultKind::NoPoints
+                | FaultKind::Scalars
+                | FaultKind::WindowLimit(_)
         );
         if needs_report && !reports {
             return Err(wrong(&format!("`{call}` gives nothing that could be wrong")));
@@ -113,11 +121,13 @@ fn kind_from(text: &str) -> Result<FaultKind, String> {
         let value = value.ok_or_else(|| format!("`{name}` needs seconds, as in {name}:0.1"))?;
         value.parse::<f64>().map_err(|_| format!("`{value}` is no number of seconds"))
     };
+    let point = || match value {
+        Some(point) => point.parse().map_err(|_| format!("`{point}` is no point")),
+        None => Ok(0),
+    };
     let kind = match name {
-        "nan" => FaultKind::NotANumber(match value {
-            Some(point) => point.parse().map_err(|_| format!("`{point}` is no point"))?,
-            None => 0,
-        }),
+        "nan" => FaultKind::NotANumber(point()?),
+        "bit" => FaultKind::Bit(point()?),
         "limit" => FaultKind::WindowLimit(seconds()?),
         "slow" => match seconds()? {
             time if time >= 0.0 && time.is_finite() => FaultKind::Slow(time),
@@ -179,6 +189,7 @@ impl<P: Participant> Faulty<P> {
                 FaultKind::Kill => raise(Signal::KILL)?,
                 FaultKind::Stop => raise(Signal::STOP)?,
                 FaultKind::NotANumber(_)
+                | FaultKind::Bit(_)
                 | FaultKind::NoPoints
                 | FaultKind::Scalars
                 | FaultKind::WindowLimit(_) => {}
@@ -195,6 +206,14 @@ impl<P: Participant> Faulty<P> {
                         && let Some(value) = array.get_mut(point * port.components)
                     {
                         *value = f64::NAN;
+                    }
+                }
+                FaultKind::Bit(point) => {
+                    let mut every = outputs.iter_mut().filter(|(p, _)| p.exchange == Exchange::EveryWindow);
+                    if let Some((port, array)) = every.next()
+                        && let Some(value) = array.get_mut(point * port.components)
+                    {
+                        *value = f64::from_bits(value.to_bits() ^ 1);
                     }
                 }
                 FaultKind::NoPoints => {
@@ -272,6 +291,7 @@ mod tests {
         let fault = |kind, call, window, iteration| Ok(Fault { kind, call, window, iteration });
         assert_eq!(read("nan@12"), fault(FaultKind::NotANumber(0), Call::Finish, Some(12), None));
         assert_eq!(read("nan:7@2.1"), fault(FaultKind::NotANumber(7), Call::Finish, Some(2), Some(1)));
+        assert_eq!(read("bit:2@7"), fault(FaultKind::Bit(2), Call::Finish, Some(7), None));
         assert_eq!(read("kill@3.1/start"), fault(FaultKind::Kill, Call::Start, Some(3), Some(1)));
         assert_eq!(read("slow:0.01@*"), fault(FaultKind::Slow(0.01), Call::Finish, None, None));
         assert_eq!(read("error@terminate"), fault(FaultKind::Error, Call::Terminate, None, None));
