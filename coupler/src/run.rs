@@ -4,6 +4,7 @@ pub mod checkpoint;
 mod checkpoints;
 pub mod folder;
 pub mod found;
+mod made;
 pub mod options;
 pub(crate) mod participants;
 pub mod recorded;
@@ -11,16 +12,16 @@ mod watch;
 
 pub use folder::{CASE, SUMMARY, is_alive};
 pub use found::Found;
+pub(crate) use made::coupled;
 pub use options::{Options, Record, RunError};
 pub use participants::{Build, Solvers, participant_deadlines, threads};
 pub use recorded::{Recorded, Wanted};
 
 use crate::convergence::Residual;
-use crate::phase::{Announce, Phase};
+use crate::phase::Phase;
 use crate::progress::Progress;
 use crate::recording::{self, Header, Kept, Recording};
-use crate::schedule::Schedule;
-use crate::schemes::{Coupled, Onward, Pair, Run, Scheme, SchemeError, Solver};
+use crate::schemes::{Onward, Run, Solver};
 use crate::side::Side;
 use crate::status::Iterations;
 use crate::timing::Timing;
@@ -32,7 +33,8 @@ use interfaces::case::Case;
 use interfaces::case::participant::Start;
 use interfaces::case::probe::Probe;
 use interfaces::port::names;
-use interfaces::{Port, Role, Scalar, SubSteps, pairing};
+use interfaces::{Port, Role, Scalar};
+use made::alone;
 use output::summary::{RoleUse, Status, Summary};
 use participants::Participants;
 use std::fs::File;
@@ -169,7 +171,8 @@ fn couple(case: &Case, options: &Options, solvers: &Solvers, folder: Option<File
         started.and_then(|()| solve(case, options, &mut participants, &watch))
     })
     .unwrap_or_else(Outcome::from);
-    outcome.result = outcome.result.map_err(|error| error.with_waits(|| board.waits()));
+    let cause = |error: RunError| participants.blame(error).with_waits(|| board.waits());
+    outcome.result = outcome.result.map_err(cause);
     let in_order = outcome.result.as_ref().err().is_none_or(RunError::is_interruption);
     let did = participants.did();
     let (memory, ends) = announce.during(Phase::Starting, || participants.end(in_order));
@@ -232,65 +235,6 @@ fn solve(
     }
 }
 
-/// A fluid and a structure ready for their first window.
-pub(crate) fn coupled(
-    case: &Case,
-    options: &Options,
-    participants: &mut Participants,
-) -> Result<Recorded<Coupled>, RunError> {
-    let coupling = case.coupling.as_ref().expect("a case of both sides has a coupling");
-    let mut taken = |role| participants.take(role).expect("a case of both sides starts both");
-    let (fluid, structure) = (taken(Role::Fluid), taken(Role::Structure));
-    fit(&structure, &fluid)?;
-    let (announce, schedule) = (participants.timing.announce(), schedule(case));
-    let mut pair = Pair::initialize(fluid, structure, schedule.time(), coupling.structure_velocity)?;
-    pair.announce = announce.clone();
-    pair.load_in_window = coupling.load_in_window;
-    if case.start(Role::Structure).is_some_and(|start| start != Start::Own) {
-        // Of another program's structure the coupler tells what acts on it.
-        pair.keep_load();
-    }
-    if let Some(steady_state) = &coupling.steady_state {
-        pair.end_when_steady(steady_state.clone());
-    }
-    let run = Run { solver: Coupled::new(pair, Scheme::of(coupling)), schedule };
-    let iterations = coupling.scheme.is_implicit();
-    recorded(run, options, &Wanted { iterations, ..wanted(case, options) }, announce)
-}
-
-/// The one side of a case, ready for its first window.
-fn alone(
-    case: &Case,
-    options: &Options,
-    participants: &mut Participants,
-) -> Result<Recorded<Side>, RunError> {
-    let role = if case.fluid.is_some() { Role::Fluid } else { Role::Structure };
-    let mut side = participants.take(role).expect("a checked case has a fluid or a structure");
-    let (points, schedule) = (side.points().unwrap_or(0), schedule(case));
-    side.initialize(schedule.time(), points, None)?;
-    let announce = participants.timing.announce();
-    recorded(Run { solver: side, schedule }, options, &wanted(case, options), announce)
-}
-
-fn wanted<'a>(case: &'a Case, options: &Options) -> Wanted<'a> {
-    let goes_on = options.from.is_some();
-    Wanted { interval: case.general.record_interval, case: Some(case), iterations: false, goes_on }
-}
-
-/// The run with its tables, at its start or at the checkpoint that it goes on from.
-fn recorded<S: Solver>(
-    run: Run<S>,
-    options: &Options,
-    wanted: &Wanted<'_>,
-    announce: Announce,
-) -> Result<Recorded<S>, RunError> {
-    let mut recorded = Recorded::create(run, &options.out, wanted, announce)?;
-    if let Some(from) = &options.from {
-        checkpoint::restore(from, &mut recorded)?;
-    }
-    Ok(recorded)
-}
-
 /// Solves all windows and ends the sides in order.
 fn windows<S: Solver>(
     mut recorded: Recorded<S>,
@@ -342,6 +286,7 @@ fn windows<S: Solver>(
         notes: notes(case, solver.sides().as_ref()),
         ..Summary::default()
     };
+    participants.leave();
     for side in solver.sides_mut() {
         let ended = side.terminate();
         // The first failure is the cause; that a failed participant cannot end in order is no news.
@@ -378,13 +323,6 @@ fn converged(residuals: &[Residual]) -> Option<Iterations> {
     Some(Iterations { count: residuals.len() as u64, relative, converged })
 }
 
-fn schedule(case: &Case) -> Schedule {
-    let general = &case.general;
-    let (max_window, sub_steps) =
-        case.coupling.as_ref().map_or((f64::INFINITY, SubSteps::Stable), |c| (c.max_window, c.sub_steps));
-    Schedule::new(0.0, general.end_time, general.output_interval, max_window, sub_steps)
-}
-
 /// What the sides note, and probes of the case that nobody records: of a side that is not ours, which records
 /// what it likes.
 fn notes(case: &Case, sides: &[&Side]) -> Vec<String> {
@@ -414,12 +352,6 @@ fn notes(case: &Case, sides: &[&Side]) -> Vec<String> {
         }
     }
     notes
-}
-
-/// Compares what the two sides take and give.
-fn fit(structure: &Side, fluid: &Side) -> Result<(), SchemeError> {
-    let mismatches = pairing::compare(structure.describe(), fluid.describe());
-    if mismatches.is_empty() { Ok(()) } else { Err(SchemeError::Mismatch(mismatches)) }
 }
 
 /// Refuses, before anything is touched, to call a participant in this process that is no solver of ours.

@@ -62,6 +62,10 @@ pub struct Participants {
     address: Option<Address>,
     guard: Option<Guard>,
     did: Did,
+    /// Who was found to have ended while another was waited for, and how.
+    fallen: Rc<RefCell<Option<(Role, String)>>>,
+    /// Whether participants end in order from now on.
+    leaving: Rc<Cell<bool>>,
     /// The folder of the outputs, locked.
     folder: Option<File>,
     interruption: Rc<Interruption>,
@@ -79,6 +83,8 @@ impl Participants {
             address: None,
             guard: None,
             did: Did::default(),
+            fallen: Rc::default(),
+            leaving: Rc::default(),
             folder,
             interruption: Rc::new(Interruption::by(stop)),
             recording: None,
@@ -316,14 +322,52 @@ impl Participants {
         Ok(())
     }
 
-    /// Says how the process of that role ended, as far as we started one.
+    /// Says how the process of that role ended, as far as we started one; and ends the wait for it where that
+    /// of another role has: nobody waits for the answer of one while the other is gone already.
     fn alive(&self, role: Role) -> Alive {
-        let (child, interruption) = (self.children.get(&role).map(Rc::clone), Rc::clone(&self.interruption));
+        let child = self.children.get(&role).map(Rc::clone);
+        let others: Vec<_> = self.children.iter().filter(|(other, _)| **other != role).collect();
+        let others: Vec<_> = others.into_iter().map(|(other, child)| (*other, Rc::clone(child))).collect();
+        let (interruption, leaving) = (Rc::clone(&self.interruption), Rc::clone(&self.leaving));
+        let fallen = Rc::clone(&self.fallen);
         Box::new(move || {
             let ended = child.as_ref().and_then(|child| child.borrow_mut().ended());
-            interruption.look(ended.is_some());
-            ended
+            let mut ends =
+                others.iter().filter_map(|(other, child)| Some((*other, child.borrow_mut().ended()?)));
+            let other = if leaving.get() { None } else { ends.next() };
+            interruption.look(ended.is_some() || other.is_some());
+            if ended.is_some() || interruption.is_asked() {
+                return ended;
+            }
+            let (other, how) = other?;
+            let words = format!("the {other} has ended");
+            fallen.replace(Some((other, how)));
+            Some(words)
         })
+    }
+
+    /// From now on participants end, and it is no failure.
+    pub(crate) fn leave(&self) {
+        self.leaving.set(true);
+    }
+
+    /// The failure of a wait, laid at the door of the one whose end broke it off.
+    pub(crate) fn blame(&self, error: RunError) -> RunError {
+        let RunError::Scheme(SchemeError::Side(SideError { role, during, source })) = error else {
+            return error;
+        };
+        let fallen = self.fallen.take().filter(|(fallen, _)| *fallen != role);
+        let (role, during, source) = match (fallen, source) {
+            (Some((fallen, how)), ParticipantError::Died { .. }) => {
+                let (during, when) = match during.strip_prefix("while solving ") {
+                    Some(rest) => (format!("while the {role} was solving {rest}"), "before its turn"),
+                    None => (during, "while connecting"),
+                };
+                (fallen, during, ParticipantError::Died { during: format!("{when} ({how})") })
+            }
+            (_, source) => (role, during, source),
+        };
+        SideError { role, during, source }.into()
     }
 }
 
@@ -346,9 +390,14 @@ impl Interruption {
         }
     }
 
+    /// Whether the run was told to stop.
+    fn is_asked(&self) -> bool {
+        self.asked.load(Ordering::Relaxed)
+    }
+
     /// Several times a second, in every wait. What tells a run to stop often ends its participants too.
     fn look(&self, participant_has_ended: bool) {
-        if !self.asked.load(Ordering::Relaxed) {
+        if !self.is_asked() {
             return;
         }
         let since = self.since.get().unwrap_or_else(Instant::now);
