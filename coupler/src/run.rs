@@ -39,6 +39,7 @@ use output::summary::{RoleUse, Status, Summary};
 use participants::Participants;
 use std::fs::File;
 use std::panic::AssertUnwindSafe;
+use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 use watch::Watch;
@@ -371,10 +372,17 @@ fn recordable(options: &Options) -> Result<(), RunError> {
         "a run that goes on from a checkpoint is not recorded, as its beginning would be missing; start one anew"
     } else if path.symlink_metadata().is_ok() {
         "it is there already; remove it, or give another name"
+    } else if path.parent().is_some_and(|folder| !folder.starts_with(&options.out) && !is_there(folder)) {
+        "its folder is not there; make it, or give another name"
     } else {
         return Ok(());
     };
     Err(recording::Error { doing: "write", path: path.clone(), what: what.to_owned() }.into())
+}
+
+/// Whether a folder is there: that of a bare name is the one at hand.
+fn is_there(folder: &Path) -> bool {
+    folder.as_os_str().is_empty() || folder.is_dir()
 }
 
 #[cfg(test)]

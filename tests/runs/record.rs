@@ -49,10 +49,24 @@ fn either_side_of_the_gate_is_played_back_to_the_bit() {
         let notes = replayed.summary().notes;
         assert!(notes.iter().any(|note| note.contains("it is replayed from")), "{notes:?}");
     }
+    let short = bench.path("short.record").display().to_string();
+    let limited = bench.coarse_gate("limited", &["--record", &short, "--record-limit", "6kB"]);
+    let notes = limited.summary().notes;
+    assert!(notes.iter().any(|note| note.contains("limit of 6000 bytes")), "{notes:?}");
+    assert!(fs::metadata(&short).expect("a recording").len() <= 6000);
+    assert_same(&limited, &recorded);
     // Over a recording nothing is written, and of a run that goes on there is none.
     let over = bench.start_run("over", &[&COARSE[..], &["--record", &file]].concat()).wait();
     assert!(over.status.code() == Some(1) && over.errors.contains("it is there already"), "{}", over.errors);
     assert!(!bench.path("over").exists() && fs::metadata(&file).expect("a recording").len() == length);
+    let nowhere = bench.path("nowhere").join("a.record").display().to_string();
+    let refused = bench.start_run("over", &[&COARSE[..], &["--record", &nowhere]].concat()).wait();
+    assert!(
+        refused.status.code() == Some(1) && refused.errors.contains("folder is not"),
+        "{}",
+        refused.errors
+    );
+    assert!(!bench.path("over").exists());
     let resumed = bench.call(&["run", "--resume", "out", "--record", "other.record"]);
     assert_eq!(resumed.status.code(), Some(2), "{}", resumed.errors);
 }
