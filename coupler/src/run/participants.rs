@@ -61,6 +61,8 @@ pub struct Participants {
     /// The folder of the outputs, locked.
     folder: Option<File>,
     interruption: Rc<Interruption>,
+    /// One ended before it was heard of: nobody has anything to finish.
+    died_at_the_start: bool,
 }
 
 impl Participants {
@@ -74,6 +76,7 @@ impl Participants {
             guard: None,
             folder,
             interruption: Rc::new(Interruption::by(stop)),
+            died_at_the_start: false,
         }
     }
 
@@ -123,8 +126,10 @@ impl Participants {
             self.launch(*role, *start, address, &case.hash(), options, solvers)?;
         }
         for (role, _, _, open) in listening {
-            let remote =
-                open.wait_for_hello(self.alive(role)).map_err(|e| failed(role, "while shaking hands", e))?;
+            let remote = open.wait_for_hello(self.alive(role)).map_err(|error| {
+                self.died_at_the_start = matches!(error, ParticipantError::Died { .. });
+                failed(role, "while shaking hands", error)
+            })?;
             let side = self.side(case, Box::new(remote))?;
             self.sides.insert(role, side);
         }
@@ -191,7 +196,12 @@ impl Participants {
         self.look_at_memory();
         let mut memory = BTreeMap::from([("coupler".to_owned(), launch::peak_memory_bytes(None))]);
         let mut ends = Vec::new();
-        let grace = if in_order { GRACE } else { GRACE / 3 };
+        let grace = match in_order {
+            true => GRACE,
+            // The others wait for us, as we would for them.
+            false if self.died_at_the_start => Duration::ZERO,
+            false => GRACE / 3,
+        };
         let deadline = Instant::now() + grace;
         for (role, child) in &self.children {
             let mut child = child.borrow_mut();

@@ -16,6 +16,8 @@ pub enum FaultKind {
     Panic,
     /// The first field given has a component that is not a number at this point.
     NotANumber(usize),
+    /// The first field given has an infinite component at this point.
+    Infinite(usize),
     /// The fields given are of no points.
     NoPoints,
     /// The report has one scalar too many.
@@ -28,14 +30,16 @@ pub enum FaultKind {
     Slow(f64),
     /// The process aborts.
     Abort,
+    /// The process ends as if all were done (exit code 0).
+    Exit,
     /// The process is killed (`SIGKILL`).
     Kill,
     /// The process is stopped (`SIGSTOP`); it goes on when it is continued.
     Stop,
 }
 
-/// A fault and its place. Written `KIND@WHERE`, where `KIND` is `error`, `panic`, `nan[:POINT]`, `no-points`,
-/// `scalars`, `limit:SECONDS`, `hang`, `slow:SECONDS`, `abort`, `kill` or `stop`, and `WHERE` is
+/// A fault and its place. Written `KIND@WHERE`, where `KIND` is `error`, `panic`, `nan[:POINT]`, `inf[:POINT]`,
+/// `no-points`, `scalars`, `limit:SECONDS`, `hang`, `slow:SECONDS`, `abort`, `exit`, `kill` or `stop`, and `WHERE` is
 /// `WINDOW[.ITERATION][/CALL]` (in `finish` where no call is named; `*` is every window) or a `CALL` alone:
 /// `nan@12`, `kill@3.1/start`, `slow:0.01@*`, `error@terminate`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,7 +99,11 @@ impl FromStr for Fault {
         let reports = matches!(call, Call::Initialize | Call::Finish);
         let needs_report = matches!(
             kind,
-            FaultKind::NotANumber(_) | FaultKind::NoPoints | FaultKind::Scalars | FaultKind::WindowLimit(_)
+            FaultKind::NotANumber(_)
+                | FaultKind::Infinite(_)
+                | FaultKind::NoPoints
+                | FaultKind::Scalars
+                | FaultKind::WindowLimit(_)
         );
         if needs_report && !reports {
             return Err(wrong(&format!("`{call}` gives nothing that could be wrong")));
@@ -113,11 +121,13 @@ fn kind_from(text: &str) -> Result<FaultKind, String> {
         let value = value.ok_or_else(|| format!("`{name}` needs seconds, as in {name}:0.1"))?;
         value.parse::<f64>().map_err(|_| format!("`{value}` is no number of seconds"))
     };
+    let point = || {
+        let read = |point: &str| point.parse::<usize>().map_err(|_| format!("`{point}` is no point"));
+        value.map_or(Ok(0), read)
+    };
     let kind = match name {
-        "nan" => FaultKind::NotANumber(match value {
-            Some(point) => point.parse().map_err(|_| format!("`{point}` is no point"))?,
-            None => 0,
-        }),
+        "nan" => FaultKind::NotANumber(point()?),
+        "inf" => FaultKind::Infinite(point()?),
         "limit" => FaultKind::WindowLimit(seconds()?),
         "slow" => match seconds()? {
             time if time >= 0.0 && time.is_finite() => FaultKind::Slow(time),
@@ -130,6 +140,7 @@ fn kind_from(text: &str) -> Result<FaultKind, String> {
         "scalars" => FaultKind::Scalars,
         "hang" => FaultKind::Hang,
         "abort" => FaultKind::Abort,
+        "exit" => FaultKind::Exit,
         "kill" => FaultKind::Kill,
         "stop" => FaultKind::Stop,
         _ => return Err(format!("there is no fault `{name}`")),
@@ -176,9 +187,11 @@ impl<P: Participant> Faulty<P> {
                 },
                 FaultKind::Slow(seconds) => std::thread::sleep(Duration::from_secs_f64(seconds)),
                 FaultKind::Abort => std::process::abort(),
+                FaultKind::Exit => std::process::exit(0),
                 FaultKind::Kill => raise(Signal::KILL)?,
                 FaultKind::Stop => raise(Signal::STOP)?,
                 FaultKind::NotANumber(_)
+                | FaultKind::Infinite(_)
                 | FaultKind::NoPoints
                 | FaultKind::Scalars
                 | FaultKind::WindowLimit(_) => {}
@@ -188,15 +201,17 @@ impl<P: Participant> Faulty<P> {
     }
 
     fn spoil(&self, call: Call, outputs: &mut Fields, limit: &mut f64, scalars: &mut Vec<f64>) {
+        let set = |outputs: &mut Fields, point: usize, to: f64| {
+            if let Some((port, array)) = outputs.iter_mut().next()
+                && let Some(value) = array.get_mut(point * port.components)
+            {
+                *value = to;
+            }
+        };
         for kind in self.due(call) {
             match kind {
-                FaultKind::NotANumber(point) => {
-                    if let Some((port, array)) = outputs.iter_mut().next()
-                        && let Some(value) = array.get_mut(point * port.components)
-                    {
-                        *value = f64::NAN;
-                    }
-                }
+                FaultKind::NotANumber(point) => set(outputs, point, f64::NAN),
+                FaultKind::Infinite(point) => set(outputs, point, f64::INFINITY),
                 FaultKind::NoPoints => {
                     let ports = outputs.ports().iter();
                     let ports: Vec<_> =
@@ -272,6 +287,8 @@ mod tests {
         let fault = |kind, call, window, iteration| Ok(Fault { kind, call, window, iteration });
         assert_eq!(read("nan@12"), fault(FaultKind::NotANumber(0), Call::Finish, Some(12), None));
         assert_eq!(read("nan:7@2.1"), fault(FaultKind::NotANumber(7), Call::Finish, Some(2), Some(1)));
+        assert_eq!(read("inf:7@2"), fault(FaultKind::Infinite(7), Call::Finish, Some(2), None));
+        assert_eq!(read("exit@2"), fault(FaultKind::Exit, Call::Finish, Some(2), None));
         assert_eq!(read("kill@3.1/start"), fault(FaultKind::Kill, Call::Start, Some(3), Some(1)));
         assert_eq!(read("slow:0.01@*"), fault(FaultKind::Slow(0.01), Call::Finish, None, None));
         assert_eq!(read("error@terminate"), fault(FaultKind::Error, Call::Terminate, None, None));

@@ -278,11 +278,14 @@ pub fn help() -> String {
     list("every structure", STRUCTURE);
     list("every fluid but surface-pressure", FLUID);
     list("every mock but idle, scripted and surface-pressure", ANY);
-    let fault: Choice =
-        ("fault", Some(""), "KIND@WHERE, may be repeated: error, panic, nan[:POINT], no-points, scalars,");
+    let fault: Choice = (
+        "fault",
+        Some(""),
+        "KIND@WHERE, may be repeated: error, panic, nan[:POINT], inf[:POINT], no-points,",
+    );
     list("every mock", &[fault]);
     text.push_str(
-        "                       limit:SECONDS, hang, slow:SECONDS, abort, kill or stop, at WINDOW[.ITERATION][/CALL],\n                       *[/CALL] or CALL, as nan@12, kill@3.1/start, error@terminate\n",
+        "                       scalars, limit:SECONDS, hang, slow:SECONDS, abort, exit, kill or stop, at WINDOW[.ITERATION][/CALL],\n                       *[/CALL] or CALL, as nan@12, kill@3.1/start, error@terminate\n",
     );
     text
 }
