@@ -11,6 +11,7 @@ mod check;
 mod column;
 mod command;
 mod coupling;
+mod faults;
 mod gate;
 mod implicit;
 mod mapped;

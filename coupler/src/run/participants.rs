@@ -71,6 +71,8 @@ pub struct Participants {
     interruption: Rc<Interruption>,
     /// Where all that crosses is recorded.
     recording: Option<Recording>,
+    /// One ended before it was heard of: nobody has anything to finish.
+    died_at_the_start: bool,
 }
 
 impl Participants {
@@ -88,6 +90,7 @@ impl Participants {
             folder,
             interruption: Rc::new(Interruption::by(stop)),
             recording: None,
+            died_at_the_start: false,
         }
     }
 
@@ -144,8 +147,10 @@ impl Participants {
         }
         for (role, _, _, open) in listening {
             self.timing.board().waits_for(role);
-            let remote =
-                open.wait_for_hello(self.alive(role)).map_err(|e| failed(role, "while shaking hands", e))?;
+            let remote = open.wait_for_hello(self.alive(role)).map_err(|error| {
+                self.died_at_the_start = matches!(error, ParticipantError::Died { .. });
+                failed(role, "while shaking hands", error)
+            })?;
             self.timing.board().came(role, &remote.describe().solver);
             let side = self.side(case, Box::new(remote), options)?;
             self.sides.insert(role, side);
@@ -248,7 +253,12 @@ impl Participants {
         self.look_at_memory();
         let mut memory = BTreeMap::from([("coupler".to_owned(), launch::peak_memory_bytes(None))]);
         let mut ends = Vec::new();
-        let grace = if in_order { GRACE } else { GRACE / 3 };
+        let grace = match in_order {
+            true => GRACE,
+            // The others wait for us, as we would for them.
+            false if self.died_at_the_start => Duration::ZERO,
+            false => GRACE / 3,
+        };
         let deadline = Instant::now() + grace;
         for (role, child) in &self.children {
             let mut child = child.borrow_mut();

@@ -20,6 +20,8 @@ pub enum FaultKind {
     NotANumber(usize),
     /// The first field given every window has another last bit in its first component at this point.
     Bit(usize),
+    /// The first field given has an infinite component at this point.
+    Infinite(usize),
     /// The fields given are of no points.
     NoPoints,
     /// The report has one scalar too many.
@@ -32,6 +34,8 @@ pub enum FaultKind {
     Slow(f64),
     /// The process aborts.
     Abort,
+    /// The process ends as if all were done (exit code 0).
+    Exit,
     /// The process is killed (`SIGKILL`).
     Kill,
     /// The process is stopped (`SIGSTOP`); it goes on when it is continued.
@@ -39,9 +43,9 @@ pub enum FaultKind {
 }
 
 /// A fault and its place. Written `KIND@WHERE`, where `KIND` is `error`, `panic`, `nan[:POINT]`,
-/// `bit[:POINT]`, `no-points`, `scalars`, `limit:SECONDS`, `hang`, `slow:SECONDS`, `abort`, `kill` or `stop`,
-/// and `WHERE` is `WINDOW[.ITERATION][/CALL]` (in `finish` where no call is named; `*` is every window) or a
-/// `CALL` alone: `nan@12`, `kill@3.1/start`, `slow:0.01@*`, `error@terminate`.
+/// `inf[:POINT]`, `bit[:POINT]`, `no-points`, `scalars`, `limit:SECONDS`, `hang`, `slow:SECONDS`, `abort`,
+/// `exit`, `kill` or `stop`, and `WHERE` is `WINDOW[.ITERATION][/CALL]` (in `finish` where no call is named;
+/// `*` is every window) or a `CALL` alone: `nan@12`, `kill@3.1/start`, `slow:0.01@*`, `error@terminate`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
     /// What goes wrong.
@@ -101,6 +105,7 @@ impl FromStr for Fault {
             kind,
             FaultKind::NotANumber(_)
                 | FaultKind::Bit(_)
+                | FaultKind::Infinite(_)
                 | FaultKind::NoPoints
                 | FaultKind::Scalars
                 | FaultKind::WindowLimit(_)
@@ -121,12 +126,13 @@ fn kind_from(text: &str) -> Result<FaultKind, String> {
         let value = value.ok_or_else(|| format!("`{name}` needs seconds, as in {name}:0.1"))?;
         value.parse::<f64>().map_err(|_| format!("`{value}` is no number of seconds"))
     };
-    let point = || match value {
-        Some(point) => point.parse().map_err(|_| format!("`{point}` is no point")),
-        None => Ok(0),
+    let point = || {
+        let read = |point: &str| point.parse::<usize>().map_err(|_| format!("`{point}` is no point"));
+        value.map_or(Ok(0), read)
     };
     let kind = match name {
         "nan" => FaultKind::NotANumber(point()?),
+        "inf" => FaultKind::Infinite(point()?),
         "bit" => FaultKind::Bit(point()?),
         "limit" => FaultKind::WindowLimit(seconds()?),
         "slow" => match seconds()? {
@@ -140,6 +146,7 @@ fn kind_from(text: &str) -> Result<FaultKind, String> {
         "scalars" => FaultKind::Scalars,
         "hang" => FaultKind::Hang,
         "abort" => FaultKind::Abort,
+        "exit" => FaultKind::Exit,
         "kill" => FaultKind::Kill,
         "stop" => FaultKind::Stop,
         _ => return Err(format!("there is no fault `{name}`")),
@@ -186,10 +193,12 @@ impl<P: Participant> Faulty<P> {
                 },
                 FaultKind::Slow(seconds) => std::thread::sleep(Duration::from_secs_f64(seconds)),
                 FaultKind::Abort => std::process::abort(),
+                FaultKind::Exit => std::process::exit(0),
                 FaultKind::Kill => raise(Signal::KILL)?,
                 FaultKind::Stop => raise(Signal::STOP)?,
                 FaultKind::NotANumber(_)
                 | FaultKind::Bit(_)
+                | FaultKind::Infinite(_)
                 | FaultKind::NoPoints
                 | FaultKind::Scalars
                 | FaultKind::WindowLimit(_) => {}
@@ -199,15 +208,17 @@ impl<P: Participant> Faulty<P> {
     }
 
     fn spoil(&self, call: Call, outputs: &mut Fields, limit: &mut f64, scalars: &mut Vec<f64>) {
+        let set = |outputs: &mut Fields, point: usize, to: f64| {
+            if let Some((port, array)) = outputs.iter_mut().next()
+                && let Some(value) = array.get_mut(point * port.components)
+            {
+                *value = to;
+            }
+        };
         for kind in self.due(call) {
             match kind {
-                FaultKind::NotANumber(point) => {
-                    if let Some((port, array)) = outputs.iter_mut().next()
-                        && let Some(value) = array.get_mut(point * port.components)
-                    {
-                        *value = f64::NAN;
-                    }
-                }
+                FaultKind::NotANumber(point) => set(outputs, point, f64::NAN),
+                FaultKind::Infinite(point) => set(outputs, point, f64::INFINITY),
                 FaultKind::Bit(point) => {
                     let mut every = outputs.iter_mut().filter(|(p, _)| p.exchange == Exchange::EveryWindow);
                     if let Some((port, array)) = every.next()
@@ -292,6 +303,8 @@ mod tests {
         assert_eq!(read("nan@12"), fault(FaultKind::NotANumber(0), Call::Finish, Some(12), None));
         assert_eq!(read("nan:7@2.1"), fault(FaultKind::NotANumber(7), Call::Finish, Some(2), Some(1)));
         assert_eq!(read("bit:2@7"), fault(FaultKind::Bit(2), Call::Finish, Some(7), None));
+        assert_eq!(read("inf:7@2"), fault(FaultKind::Infinite(7), Call::Finish, Some(2), None));
+        assert_eq!(read("exit@2"), fault(FaultKind::Exit, Call::Finish, Some(2), None));
         assert_eq!(read("kill@3.1/start"), fault(FaultKind::Kill, Call::Start, Some(3), Some(1)));
         assert_eq!(read("slow:0.01@*"), fault(FaultKind::Slow(0.01), Call::Finish, None, None));
         assert_eq!(read("error@terminate"), fault(FaultKind::Error, Call::Terminate, None, None));

@@ -281,11 +281,11 @@ pub fn help() -> String {
     let fault: Choice = (
         "fault",
         Some(""),
-        "KIND@WHERE, may be repeated: error, panic, nan[:POINT], bit[:POINT], no-points, scalars,",
+        "KIND@WHERE, may be repeated: error, panic, nan[:POINT], inf[:POINT], bit[:POINT], no-points,",
     );
     list("every mock", &[fault]);
     text.push_str(
-        "                       limit:SECONDS, hang, slow:SECONDS, abort, kill or stop, at WINDOW[.ITERATION][/CALL],\n                       *[/CALL] or CALL, as nan@12, kill@3.1/start, error@terminate\n",
+        "                       scalars, limit:SECONDS, hang, slow:SECONDS, abort, exit, kill or stop, at WINDOW[.ITERATION][/CALL],\n                       *[/CALL] or CALL, as nan@12, kill@3.1/start, error@terminate\n",
     );
     text
 }
