@@ -94,6 +94,24 @@ pub enum Command {
     Schema(Schema),
 }
 
+impl Command {
+    /// Whether a person gives it, rather than a run, and it does not look after shared memory itself.
+    pub fn is_of_the_user(&self) -> bool {
+        matches!(
+            self,
+            Self::New(_)
+                | Self::Check(_)
+                | Self::Status(_)
+                | Self::Ask(_)
+                | Self::Report(_)
+                | Self::Validate(_)
+                | Self::Sweep(_)
+                | Self::ExportFmu(_)
+                | Self::Schema(_)
+        )
+    }
+}
+
 /// A case and changes to it.
 #[derive(Args)]
 pub struct CaseArguments {

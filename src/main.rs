@@ -8,7 +8,11 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     use arguments::Command;
-    match arguments::Arguments::parse().command {
+    let command = arguments::Arguments::parse().command;
+    if command.is_of_the_user() {
+        commands::tidy();
+    }
+    match command {
         Command::Run(run) => commands::run::run(&run),
         Command::New(new) => commands::new::new(&new),
         Command::Check(check) => commands::check::check(&check),

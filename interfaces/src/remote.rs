@@ -73,7 +73,7 @@ impl<L: Link> Listening<L> {
     }
 
     /// Waits for the participant and shakes hands. `alive` says how its process ended, where the caller
-    /// started one; it is asked about twenty times a second in this and all later waits.
+    /// started one; it is asked about fifty times a second in this and all later waits.
     pub fn wait_for_hello(mut self, alive: Alive) -> Result<RemoteParticipant<L>> {
         let during = || "while connecting".to_owned();
         self.connection.watch(alive);

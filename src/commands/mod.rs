@@ -15,7 +15,7 @@ pub mod validate;
 
 use crate::arguments::CaseArguments;
 use interfaces::case::{Case, Findings, Sections};
-use interfaces::{Participant, Result, Role};
+use interfaces::{Address, Participant, Result, Role, new_run, remove_stale};
 use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
@@ -100,6 +100,19 @@ fn is_ignored(signal: i32) -> bool {
     let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
     mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok())
         .is_some_and(|m| m >> (signal - 1) & 1 == 1)
+}
+
+/// Removes what runs that were killed left in shared memory, all of their processes at once: the next command
+/// of any kind does it. Where it cannot, the next run says so.
+pub fn tidy() {
+    let address = Address::new(new_run(), Role::Fluid);
+    let address = match std::env::var("MENISCUS_DOMAIN") {
+        Ok(domain) => address.in_domain(domain),
+        Err(_) => address,
+    };
+    if Path::new(&address.root()).is_dir() {
+        let _ = remove_stale(&address);
+    }
 }
 
 fn failed(what: impl std::fmt::Display) -> ExitCode {

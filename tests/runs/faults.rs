@@ -278,6 +278,33 @@ fn all_three_killed_at_once_leave_nothing() {
     until("an empty shared memory", || bench.left().is_empty().then_some(()));
 }
 
+/// The guard as well: what is left then goes with the next command, whichever it is.
+#[test]
+fn what_nobody_is_left_to_remove_goes_with_the_next_command() {
+    let bench = Bench::new();
+    let run = start(&bench, "out", &case(&bench, None, true), SCHEMES[0].1);
+    participants(&run);
+    wait_for_windows(&bench, 3);
+    let coupler = run.pid().as_raw_nonzero();
+    let children = fs::read_to_string(format!("/proc/{coupler}/task/{coupler}/children")).expect("children");
+    let children: Vec<Pid> =
+        children.split_whitespace().filter_map(|id| Pid::from_raw(id.parse().ok()?)).collect();
+    assert!(children.len() >= 3, "two participants and a guard");
+    // Stopped first, so that none sees another's end.
+    for signal in [Signal::STOP, Signal::KILL] {
+        run.signal(signal);
+        for child in &children {
+            kill_process(*child, signal).expect("it is there");
+        }
+    }
+    run.wait();
+    until("their ends", || children.iter().copied().all(gone).then_some(()));
+    assert!(!bench.left().is_empty(), "who was there to remove it?");
+    let ended = bench.call(&["status", &bench.path("out").display().to_string()]);
+    assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
+    assert_eq!(bench.left(), Vec::<String>::new());
+}
+
 /// Twenty kills in each phase, or `FAULT_KILLS`: until the run says whose failure it is, and until everybody
 /// has ended.
 #[test]

@@ -379,10 +379,14 @@ fn a_hundred_kills() {
     gate.file = COARSE[0].to_owned();
     let mut of_gate = vec!["case.output_interval=2.5e-3"];
     of_gate.extend([COARSE[2], COARSE[4], COARSE[6]]);
+    let mut column = Case::of_mocks("0.001");
+    "cases/hydrostatic_column_soft".clone_into(&mut column.file);
+    let of_column = ["case.particle_spacing=6.666666666666667e-3", "case.end_time=0.03"];
     let mut variants: Vec<(&str, &Case, Vec<&str>)> =
         SCHEMES.iter().map(|(name, settings)| (*name, &mocks, set(settings))).collect();
     variants.push(("unit", &units, set(&["coupling.scheme=serial-implicit"])));
     variants.push(("gate", &gate, set(&of_gate)));
+    variants.push(("column", &column, set(&of_column)));
     let (mut random, mut done) = (Random(3), 0);
     let wholes: Vec<_> = variants
         .iter()

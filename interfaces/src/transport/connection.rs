@@ -16,7 +16,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 /// Between two looks at whether the other side lives and the run goes on.
-const SLICE: Duration = Duration::from_millis(50);
+const SLICE: Duration = Duration::from_millis(20);
 /// For the end of one who takes no messages any more to be seen.
 const LEAVING: Duration = Duration::from_millis(1500);
 /// Between two attempts to open a link that is not there yet.
