@@ -73,7 +73,8 @@ fn parse(text: &str) -> std::result::Result<Frame, String> {
         }
     }
     let particles = frame.particles();
-    match frame.arrays.iter().find(|array| array.values.len() != particles * array.components) {
+    let fits = |array: &&Array| particles.checked_mul(array.components) == Some(array.values.len());
+    match frame.arrays.iter().find(|array| !fits(array)) {
         Some(array) => Err(format!("array `{}` does not fit its {particles} points", array.name)),
         None => Ok(frame),
     }
@@ -102,20 +103,25 @@ fn block(data: &str, offset: usize) -> std::result::Result<Vec<u8>, String> {
     const HEADER: usize = 8;
     let cut = |length: usize| {
         // Four characters hold three bytes.
-        let end = offset + length.div_ceil(3) * 4;
-        data.get(offset..end).ok_or("its data end early")
+        let end = length.div_ceil(3).checked_mul(4).and_then(|long| offset.checked_add(long));
+        end.and_then(|end| data.get(offset..end)).ok_or("its data end early")
     };
     let decoded = |text: &str| BASE64.decode(text).map_err(|error| format!("its base64 is broken: {error}"));
     let length = {
         // Twelve characters are nine bytes; a block without data ends in padding after eight.
         let head = decoded(cut(HEADER)?)?;
-        let head: [u8; HEADER] = head[..HEADER].try_into().map_err(|_| "its length is missing".to_owned())?;
-        usize::try_from(u64::from_le_bytes(head)).map_err(|_| "its length is out of range".to_owned())?
+        // Padding within may leave fewer.
+        let head = head.first_chunk::<HEADER>().ok_or("its length is missing")?;
+        usize::try_from(u64::from_le_bytes(*head)).map_err(|_| "its length is out of range".to_owned())?
     };
     if length > data.len() {
         return Err(format!("it claims {length} bytes, more than the file has"));
     }
-    Ok(decoded(cut(HEADER + length)?)?.split_off(HEADER))
+    let mut bytes = decoded(cut(HEADER + length)?)?;
+    if bytes.len() < HEADER + length {
+        return Err("its data end early".to_owned());
+    }
+    Ok(bytes.split_off(HEADER))
 }
 
 fn decode<const N: usize>(bytes: &[u8], from_bytes: impl Fn([u8; N]) -> f64) -> Vec<f64> {
@@ -182,6 +188,25 @@ mod tests {
             let back = read(&path).unwrap();
             assert_eq!(back.positions, positions);
             assert_eq!(back.arrays[0].values.len(), usize::from(n));
+        }
+    }
+
+    /// Found by the fuzz target `snapshot`: padding before the eighth byte, offsets and counts near the largest.
+    #[test]
+    fn offsets_counts_and_padding_of_any_kind_are_errors() {
+        let file = |attributes: &str, data: &str| {
+            format!(
+                "<PointData>\n<DataArray type=\"UInt8\" Name=\"c\" {attributes}/>\n<AppendedData encoding=\"base64\">\n_{data}\n"
+            )
+        };
+        let most = usize::MAX;
+        for (attributes, data) in [
+            ("NumberOfComponents=\"1\" offset=\"0\"".to_owned(), "AAAAAAAAAA=="),
+            ("NumberOfComponents=\"1\" offset=\"0\"".to_owned(), "AQAAAAAAAA=="),
+            (format!("NumberOfComponents=\"1\" offset=\"{most}\""), "AAAAAAAAAAA="),
+            (format!("NumberOfComponents=\"{most}\" offset=\"0\""), "AQAAAAAAAAAB"),
+        ] {
+            assert!(parse(&file(&attributes, data)).is_err(), "{attributes} {data}");
         }
     }
 
