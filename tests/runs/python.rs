@@ -7,7 +7,7 @@
 use crate::support::{Bench, COARSE, MENISCUS, assert_same};
 
 /// The two participants as settings of a case, where there is an interpreter.
-fn participants() -> Option<[String; 2]> {
+pub fn participants() -> Option<[String; 2]> {
     let Some(python) = std::env::var("MENISCUS_PYTHON").ok() else {
         eprintln!("skipped: MENISCUS_PYTHON names no interpreter");
         return None;

@@ -5,7 +5,7 @@
 use crate::support::{Bench, COARSE, Ended, MENISCUS, Outputs, until};
 use crate::unit::spring_unit::{Spring, case_text};
 use output::summary::Status;
-use rustix::process::Signal;
+use rustix::process::{Resource, Rlimit, Signal, prlimit};
 use std::fs;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -387,6 +387,11 @@ fn a_hundred_kills() {
     variants.push(("unit", &units, set(&["coupling.scheme=serial-implicit"])));
     variants.push(("gate", &gate, set(&of_gate)));
     variants.push(("column", &column, set(&of_column)));
+    let python = crate::python::participants();
+    if let Some([structure, fluid]) = &python {
+        let of_python = [&of_gate[..], &[structure.as_str(), fluid.as_str()]].concat();
+        variants.push(("python", &gate, set(&of_python)));
+    }
     let (mut random, mut done) = (Random(3), 0);
     let wholes: Vec<_> = variants
         .iter()
@@ -402,6 +407,38 @@ fn a_hundred_kills() {
             println!("{name}: killed {seams} times, {done} in all");
             fs::remove_dir_all(&killed.0).expect("its folder");
         }
+    }
+}
+
+/// The system ends the coupler (SIGXFSZ) at this very byte of the second checkpoint, or of a table before it:
+/// the first is whole, and the run goes on from it to the bit.
+#[test]
+fn a_death_at_a_byte_of_a_checkpoint_costs_that_one_alone() {
+    let mut case = Case::of_mocks("0");
+    COARSE[0].clone_into(&mut case.file);
+    let settings = set(&[COARSE[2], COARSE[4], COARSE[6], "case.output_interval=2.5e-3"]);
+    let whole = case.whole("whole", &settings);
+    for share in [0.3, 0.6, 0.99] {
+        let out = format!("cut-{share}");
+        let dir = case.bench.path(&out).display().to_string();
+        let words = ["run", &case.file, "--out", &dir, "--checkpoint-every", "0.008", "--no-report"];
+        let run = case.bench.start(&format!("{out}.printed"), &[&words[..], &settings].concat());
+        let first = until("a checkpoint", || case.checkpoints(&out).first().cloned());
+        let bytes = (share * fs::metadata(&first).expect("its size").len() as f64) as u64;
+        let limit = Rlimit { current: Some(bytes), maximum: None };
+        prlimit(Some(run.pid()), Resource::Fsize, limit).expect("the run lives");
+        let ended = run.wait();
+        assert_eq!(ended.status.code(), None, "{}", ended.errors);
+        assert!(first.is_file() && case.checkpoints(&out).len() == 1, "the first one alone is there");
+        let partial = fs::read_dir(first.parent().expect("a folder")).expect("it is there").flatten();
+        let mut partial = partial.filter(|file| file.file_name().to_string_lossy().ends_with(".partial"));
+        assert_eq!(
+            partial.next().expect("what there is of the second").metadata().expect("its size").len(),
+            bytes
+        );
+        let ended = case.resume(&out, &[]);
+        assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+        assert_equal(&case.bench.outputs(&out), &whole);
     }
 }
 
