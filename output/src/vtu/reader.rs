@@ -191,7 +191,8 @@ mod tests {
         }
     }
 
-    /// Found by the fuzz target `snapshot`: padding before the eighth byte, offsets and counts near the largest.
+    /// Found by the fuzz target `snapshot`: padding before the eighth byte, offsets and counts near the
+    /// largest.
     #[test]
     fn offsets_counts_and_padding_of_any_kind_are_errors() {
         let file = |attributes: &str, data: &str| {
