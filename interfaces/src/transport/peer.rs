@@ -3,6 +3,8 @@
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+/// Between two looks by what the link knows, which may cost half a millisecond each.
+const BY_LINK: Duration = Duration::from_millis(100);
 /// For the status of a process that has closed its files.
 const STATUS: Duration = Duration::from_millis(200);
 
@@ -14,6 +16,8 @@ pub type Alive = Box<dyn FnMut() -> Option<String>>;
 pub(super) struct Peer {
     alive: Option<Alive>,
     end: Option<String>,
+    /// When the link was asked last.
+    asked: Option<Instant>,
 }
 
 impl Peer {
@@ -34,6 +38,11 @@ impl Peer {
             return false;
         }
         self.end = self.status().or_else(|| {
+            // A process that was started is known by its status at once.
+            if self.asked.is_some_and(|asked| asked.elapsed() < BY_LINK) {
+                return None;
+            }
+            self.asked = Some(Instant::now());
             let how = of_link()?;
             // Its files are closed a moment before its status is there, which says more.
             let end = Instant::now() + STATUS;
