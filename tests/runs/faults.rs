@@ -229,6 +229,20 @@ fn participants(run: &Running) -> [Pid; 2] {
     [Role::Fluid, Role::Structure].map(|role| run.participant(role))
 }
 
+/// The run's guard, which enters the domain once more after all others have left: before it has ended, an
+/// empty domain is none for good.
+fn guard(run: &Running) -> Pid {
+    let id = run.pid().as_raw_nonzero();
+    until("the guard", || {
+        let children = fs::read_to_string(format!("/proc/{id}/task/{id}/children")).ok()?;
+        let guard = children.split_whitespace().find(|child| {
+            let words = fs::read(format!("/proc/{child}/cmdline")).unwrap_or_default();
+            words.split(|&byte| byte == 0).nth(1) == Some(b"guard".as_slice())
+        })?;
+        Pid::from_raw(guard.parse().ok()?)
+    })
+}
+
 /// Killed or told to end, under every scheme, from the first window on.
 #[test]
 fn a_coupler_that_ends_takes_its_participants_along_under_every_scheme() {
@@ -238,12 +252,12 @@ fn a_coupler_that_ends_takes_its_participants_along_under_every_scheme() {
         {
             let bench = Bench::new();
             let run = start(&bench, "out", &case(&bench, None, true), settings);
-            let others = participants(&run);
+            let (others, guard) = (participants(&run), guard(&run));
             wait_for_windows(&bench, windows);
             run.signal(signal);
             let ended = run.wait();
-            for process in others {
-                until("the participant's end", || gone(process).then_some(()));
+            for process in others.into_iter().chain([guard]) {
+                until("its end", || gone(process).then_some(()));
             }
             until("an empty shared memory", || bench.left().is_empty().then_some(()));
             let outputs = bench.outputs("out");
@@ -268,13 +282,14 @@ fn a_coupler_that_ends_takes_its_participants_along_under_every_scheme() {
 fn all_three_killed_at_once_leave_nothing() {
     let bench = Bench::new();
     let run = start(&bench, "out", &case(&bench, None, true), SCHEMES[0].1);
-    let others = participants(&run);
+    let (others, guard) = (participants(&run), guard(&run));
     wait_for_windows(&bench, 3);
     run.signal(Signal::KILL);
     for process in others {
         kill_process(process, Signal::KILL).expect("it runs");
     }
     assert_eq!(run.wait().status.code(), None);
+    until("the guard's end", || gone(guard).then_some(()));
     until("an empty shared memory", || bench.left().is_empty().then_some(()));
 }
 
