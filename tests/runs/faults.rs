@@ -320,6 +320,21 @@ fn what_nobody_is_left_to_remove_goes_with_the_next_command() {
     assert_eq!(bench.left(), Vec::<String>::new());
 }
 
+/// A queue tells all processes of a job to end, and the coupler then still wants its checkpoint.
+#[test]
+fn a_participant_that_alone_is_told_to_end_goes_on_for_a_while() {
+    let bench = Bench::new();
+    let run = start(&bench, "out", &case(&bench, None, true), SCHEMES[0].1);
+    wait_for_windows(&bench, 1);
+    for process in participants(&run) {
+        kill_process(process, Signal::TERM).expect("it runs");
+    }
+    let windows = || output::table::read(&bench.path("out").join("windows.csv")).map_or(0, |t| t.rows());
+    wait_for_windows(&bench, windows() + 20);
+    run.signal(Signal::TERM);
+    assert_eq!(run.wait().status.code(), Some(130));
+}
+
 /// Twenty kills in each phase, or `FAULT_KILLS`: until the run says whose failure it is, and until everybody
 /// has ended.
 #[test]
