@@ -58,6 +58,7 @@ pub fn run(case: &Case, options: &Options, solvers: &Solvers) -> (Summary, Resul
     // Held until the end: a second run into the same folder is refused.
     let folder = callable(case, options)
         .and_then(|()| recordable(options))
+        .and_then(|()| playable(case, options))
         .and_then(|()| prepare(case, options))
         .and_then(|held| folder::keep_scenario(&options.out, options.scenario.as_ref()).map(|()| held));
     let Outcome { result, ending, known } = match &folder {
@@ -363,6 +364,14 @@ fn callable(case: &Case, options: &Options) -> Result<(), RunError> {
         Some(role) if options.in_process => Err(RunError::NotInProcess { role }),
         _ => Ok(()),
     }
+}
+
+/// Refuses, before anything is touched, a scenario of sides or processes that the run does not have.
+fn playable(case: &Case, options: &Options) -> Result<(), RunError> {
+    let there = [Role::Fluid, Role::Structure].into_iter().filter(|role| case.start(*role).is_some());
+    let there: Vec<_> = there.collect();
+    let fits = options.scenario.as_ref().map(|scenario| scenario.fits(&there, options.in_process));
+    Ok(fits.transpose().map(drop)?)
 }
 
 /// Refuses, before anything is touched, to record what could not be replayed, or over another file.

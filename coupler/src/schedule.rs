@@ -25,6 +25,8 @@ pub struct Schedule {
 /// What is left behind the last output before the end is joined to the windows before it where it is shorter
 /// than this fraction of the longest window allowed: a sliver of a window has accelerations of its own.
 const SLIVER: f64 = 0.5;
+/// Shortest interval between outputs, over the longest window allowed, that is taken while a run goes on.
+const SHORTEST_INTERVAL: f64 = 0.1;
 /// What is left of an output interval counts as none below this fraction of the interval: rounding of the sum
 /// of window sizes.
 const ARRIVED: f64 = 1e-9;
@@ -120,10 +122,17 @@ impl Schedule {
 
     /// Sets another interval between outputs (s), which is counted from the start as ever. Gives the one
     /// before.
-    pub fn set_output_interval(&mut self, interval: f64) -> f64 {
+    ///
+    /// # Errors
+    /// One so short that it would make slivers of the windows: the least that is taken (s).
+    pub fn set_output_interval(&mut self, interval: f64) -> Result<f64, f64> {
+        let least = SHORTEST_INTERVAL * self.allowed;
+        if interval < least {
+            return Err(least);
+        }
         let before = std::mem::replace(&mut self.output_interval, interval);
         self.count_intervals();
-        before
+        Ok(before)
     }
 
     /// How many of the intervals, as they are now, have passed.

@@ -126,3 +126,20 @@ fn a_scenario_that_is_none_is_refused() {
     assert!(ended.errors.contains("gives no such quantity every window; it gives "), "{}", ended.errors);
     assert!(ended.errors.contains("pressure_gradient"), "{}", ended.errors);
 }
+
+/// Of sides and processes that the run does not have nothing can be changed, and it says so before it begins.
+#[test]
+fn a_scenario_of_what_is_not_there_is_refused() {
+    let bench = Bench::new();
+    let kill = scenario(&bench, "kill.toml", "[[fault]]\nof = 'structure'\nat = 0.1\nkind = 'kill'");
+    let kill = kill.display().to_string();
+    for (case, words, what) in [
+        ("cases/dam_break", &["--end-time", "0.01"][..], "the case has no structure that it could change"),
+        (COARSE[0], &["--in-process"], "the structure has no process that could be killed or stopped"),
+    ] {
+        let ended = bench.start_run("out", &[&[case, "--scenario", &kill], words].concat()).wait();
+        assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
+        assert!(ended.errors.contains(what), "{}", ended.errors);
+        assert!(!bench.path("out").exists(), "nothing was begun");
+    }
+}

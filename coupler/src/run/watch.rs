@@ -33,6 +33,8 @@ pub(super) struct Asked {
     written_before: u64,
     /// What is to be kept of it in the summary.
     pub note: Option<String>,
+    /// What was not taken up.
+    refused: Option<String>,
 }
 
 impl Watch {
@@ -54,14 +56,22 @@ impl Watch {
     /// Takes up what is asked for, between two windows: what is to be done by others is marked for them.
     pub fn take_up(&self, schedule: &mut Schedule, options: &Options, written: &Written) -> Option<Asked> {
         let request = self.asked.lock().unwrap_or_else(PoisonError::into_inner).take()?;
-        let mut note = None;
+        let (mut note, mut refused) = (None, None);
         if let Some(interval) = request.output_interval {
-            let before = schedule.set_output_interval(interval);
-            self.board.about(|status| status.output_interval = interval);
             let (time, windows) = (schedule.time(), schedule.windows());
-            note = Some(format!(
-                "asked to, outputs came every {interval} s, no longer every {before} s, from t = {time} s, after {windows} windows"
-            ));
+            match schedule.set_output_interval(interval) {
+                Ok(before) => {
+                    self.board.about(|status| status.output_interval = interval);
+                    note = Some(format!(
+                        "asked to, outputs came every {interval} s, no longer every {before} s, from t = {time} s, after {windows} windows"
+                    ));
+                }
+                Err(least) => {
+                    refused = Some(format!(
+                        "an output interval of {interval} s was not taken: it would cut the windows to slivers; give {least:.1e} s at least"
+                    ));
+                }
+            }
         }
         if let (true, Some(flag)) = (request.checkpoint, &options.checkpoints) {
             flag.store(true, Ordering::Relaxed);
@@ -69,7 +79,7 @@ impl Watch {
         if request.stop {
             options.stop.store(true, Ordering::Relaxed);
         }
-        Some(Asked { request, written_before: written.count, note })
+        Some(Asked { request, written_before: written.count, note, refused })
     }
 
     /// Tells what came of it.
@@ -78,7 +88,9 @@ impl Watch {
         let at = format!("after {} windows, t = {} s", schedule.windows(), schedule.time());
         let is_written = written.count > asked.written_before;
         let mut what = Vec::new();
-        if let Some(interval) = output_interval {
+        if let Some(refused) = &asked.refused {
+            what.push(refused.clone());
+        } else if let Some(interval) = output_interval {
             what.push(format!("outputs come every {interval} s from now on, {at}"));
         }
         if checkpoint || stop && is_written {

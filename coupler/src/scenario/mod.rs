@@ -144,6 +144,27 @@ impl Scenario {
         if mistakes.is_empty() { Ok(scenario) } else { Err(refused(mistakes)) }
     }
 
+    /// Holds it against a run of the sides `there`, in one process or not.
+    ///
+    /// # Errors
+    /// Sides that the run does not have, signals to processes that there are not.
+    pub fn fits(&self, there: &[Role], in_process: bool) -> Result<(), ScenarioError> {
+        let of_changes = self.changes.iter().map(|change| change.place.role);
+        let of_faults = self.faults.iter().map(|fault| fault.of);
+        let mut missing: Vec<_> = of_changes.chain(of_faults).filter(|role| !there.contains(role)).collect();
+        missing.dedup();
+        let mut mistakes: Vec<_> =
+            missing.into_iter().map(|role| format!("the case has no {role} that it could change")).collect();
+        let is_signal = |fault: &&Fault| !matches!(fault.kind, FaultKind::Error(_));
+        if in_process && let Some(fault) = self.faults.iter().find(is_signal) {
+            mistakes.push(format!(
+                "the {} has no process that could be killed or stopped; leave out --in-process, or write kind = \"error: WORDS\"",
+                fault.of
+            ));
+        }
+        if mistakes.is_empty() { Ok(()) } else { Err(ScenarioError { path: self.path.clone(), mistakes }) }
+    }
+
     /// What of it is of the participant `role`; nothing where nothing is.
     pub(crate) fn of(&self, role: Role) -> Option<Of> {
         let changes: Vec<_> =
