@@ -262,7 +262,7 @@ pub struct Ask {
     #[arg(long, group = "what")]
     pub stop: bool,
     /// Write outputs at this interval from now on (s of simulated time)
-    #[arg(long, value_name = "SECONDS", group = "what")]
+    #[arg(long, value_name = "SECONDS", group = "what", allow_negative_numbers = true)]
     pub output_interval: Option<f64>,
     /// Wait so long for the answer (s)
     #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
@@ -270,6 +270,8 @@ pub struct Ask {
 }
 
 const ASKING: &str = "\
+Exit code 0: it was taken up; 1: not yet, or no run goes on there.
+
 The run takes it up after the window at hand. The request is a file in its folder, so the run may go on on
 another host of a cluster.
 

@@ -83,7 +83,7 @@ impl Schedule {
         let target = self.target();
         self.windows += 1;
         self.time = window.end();
-        if target - self.time > ARRIVED * self.output_interval {
+        if target - self.time > self.nothing() {
             return None;
         }
         self.time = target;
@@ -155,11 +155,17 @@ impl Schedule {
         self.windows
     }
 
+    /// What counts as no time (s): rounding of the sum of window sizes. An interval longer than the run is no
+    /// measure of that.
+    fn nothing(&self) -> f64 {
+        ARRIVED * self.output_interval.min(self.end_time - self.start_time)
+    }
+
     /// The next output's time, counted and not added up, or the end time. An output of which the end is less
     /// than a sliver away, or none at all but for rounding, is that of the end.
     fn target(&self) -> f64 {
         let output = self.start_time + (self.intervals + 1) as f64 * self.output_interval;
-        let nothing = ARRIVED * self.output_interval;
+        let nothing = self.nothing();
         let sliver = nothing.max(SLIVER * self.allowed.min(self.output_interval));
         let passed = output - self.time <= nothing;
         if passed || self.end_time - output < sliver { self.end_time } else { output }
@@ -309,6 +315,31 @@ mod tests {
                 last = schedule.time();
             }
             assert!(schedule.windows() == 2000 || schedule.time() == end);
+        }
+    }
+
+    /// An interval beyond the end leaves windows and end as they are, also where it comes while the run goes
+    /// on.
+    #[test]
+    fn an_interval_far_beyond_the_end_is_none() {
+        for interval in [1.0, 1e12, 1e300, f64::MAX] {
+            let (sizes, outputs) = walk(0.4, interval, |_| 0.007);
+            assert_eq!((sizes.len(), &outputs[..]), (58, &[0.4][..]), "{interval}");
+            let mut schedule = Schedule::new(0.0, 0.4, 0.03, 0.05, SubSteps::Stable);
+            while schedule.time() < 0.1 {
+                let window = schedule.next(0.007).expect("a window");
+                schedule.accept(&window);
+            }
+            assert_eq!(schedule.set_output_interval(interval), Ok(0.03));
+            let mut last = schedule.time();
+            while let Some(window) = schedule.next(0.007) {
+                assert_eq!(window.start, last);
+                assert!(window.size <= 0.007 * (1.0 + 1e-8));
+                schedule.accept(&window);
+                assert!((schedule.time() - window.end()).abs() < 1e-8);
+                last = schedule.time();
+            }
+            assert_eq!(last, 0.4);
         }
     }
 

@@ -36,13 +36,7 @@ pub fn status(arguments: &Asked) -> ExitCode {
         Found::Alive(None) => say("starting    it has told nothing yet"),
         Found::Alive(Some((status, old))) => {
             status.lines(old).iter().for_each(say);
-            if old > RECENT {
-                let seconds = old.as_secs();
-                say(format_args!(
-                    "silent      it has told nothing for {seconds} s: process {} is stopped, or cannot write to its folder",
-                    status.process
-                ));
-            }
+            tell_of_silence(&status, old);
         }
         Found::Ended(summary) => {
             let Summary { windows, simulated_seconds, wall_seconds, .. } = *summary;
@@ -68,6 +62,17 @@ pub fn status(arguments: &Asked) -> ExitCode {
         }
     }
     ExitCode::SUCCESS
+}
+
+/// Tells of a run that lives and has told nothing for a while.
+fn tell_of_silence(status: &Status, old: Duration) {
+    if old > RECENT {
+        let seconds = old.as_secs();
+        say(format_args!(
+            "silent      it has told nothing for {seconds} s: process {} is stopped, or cannot write to its folder",
+            status.process
+        ));
+    }
 }
 
 fn tell_of_checkpoint(dir: &Path) {
@@ -143,8 +148,11 @@ pub fn ask(arguments: &Ask) -> ExitCode {
             }
             Found::Alive(told) if Instant::now() >= deadline => {
                 say("asked       it has not been taken up yet, and will be after the window at hand");
-                told.iter().flat_map(|(status, _)| status.waits()).for_each(say);
-                return ExitCode::SUCCESS;
+                if let Some((status, old)) = &told {
+                    status.waits().iter().for_each(say);
+                    tell_of_silence(status, *old);
+                }
+                return ExitCode::from(FAILED);
             }
             Found::Alive(_) => std::thread::sleep(LOOK),
             Found::Ended(_) if *stop => return ended(dir),

@@ -33,6 +33,21 @@ from = 0.01
 delay = 0.0015
 ";
 
+/// And the motion that the structure gives.
+const MORE: &str = "\
+[[change]]
+given = 'structure.position'
+from = 0.004
+noise = 1e-7
+seed = 3
+
+[[change]]
+given = 'structure.velocity'
+until = 0.003
+drop = true
+
+";
+
 #[test]
 fn what_is_changed_reaches_the_other_side_however_it_is_run() {
     let bench = Bench::new();
@@ -65,9 +80,10 @@ fn what_is_changed_reaches_the_other_side_however_it_is_run() {
 #[test]
 fn a_run_that_a_fault_ended_goes_on_under_its_changes_without_it() {
     let bench = Bench::new();
-    completed(&bench, "whole", HALF_FOR_A_WHILE, &["--checkpoint-every", "0.005"]);
+    let changes = format!("{HALF_FOR_A_WHILE}{MORE}");
+    completed(&bench, "whole", &changes, &["--checkpoint-every", "0.005"]);
     let fault = "[[fault]]\nof = 'structure'\nat = 0.012\nkind = 'kill'";
-    let ended = run(&bench, "cut", &format!("{HALF_FOR_A_WHILE}{fault}"), &["--checkpoint-every", "0.005"]);
+    let ended = run(&bench, "cut", &format!("{changes}{fault}"), &["--checkpoint-every", "0.005"]);
     assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
     let summary = bench.outputs("cut").summary();
     let message = summary.message.expect("a failed run says why");
@@ -122,6 +138,11 @@ fn a_scenario_that_is_none_is_refused() {
     assert!(ended.errors.contains("change.0.override, bias, scale"), "{}", ended.errors);
     assert!(!bench.path("out").exists(), "nothing was begun");
     let ended = run(&bench, "out", "[[change]]\ngiven = 'fluid.presure'\nbias = 1", &[]);
+    assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
+    let words = "change.0.given = \"fluid.presure\": there is no such quantity; write one of ";
+    assert!(ended.errors.contains(words), "{}", ended.errors);
+    assert!(!bench.path("out").exists(), "nothing was begun");
+    let ended = run(&bench, "out", "[[change]]\ngiven = 'fluid.position'\nbias = 1", &[]);
     assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
     assert!(ended.errors.contains("gives no such quantity every window; it gives "), "{}", ended.errors);
     assert!(ended.errors.contains("pressure_gradient"), "{}", ended.errors);

@@ -55,7 +55,9 @@ impl Replay {
     ) -> Result<Self, Error> {
         let mut source = Source::open(path)?;
         let Some(Event::Described(description)) = source.next_of(role)? else {
-            let what = format!("no {role} was recorded in it; name the other side, or record the run again");
+            let end = &source.end;
+            let what =
+                format!("no {role} was recorded in it: {end}; name the other side, or record the run again");
             return Err(Error { doing: "read", path: path.to_owned(), what });
         };
         let version = &source.reading.header.version;
@@ -93,9 +95,11 @@ impl Replay {
     fn ends(&mut self, wanted: &str, found: Option<&Event>) -> ParticipantError {
         let path = self.source.reading.path().display();
         ParticipantError::failed(match found {
-            Some(event) => format!("the recording {path} has {} where the run asks {wanted}", named(event)),
+            Some(event) => {
+                format!("the recording {path} has {} where the run goes on {wanted}", named(event))
+            }
             None => {
-                format!("the recording {path} ends before the run, which asks {wanted}: {}", self.source.end)
+                format!("the recording {path} ends where the run goes on {wanted}: {}", self.source.end)
             }
         })
     }

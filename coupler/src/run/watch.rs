@@ -63,12 +63,12 @@ impl Watch {
                 Ok(before) => {
                     self.board.about(|status| status.output_interval = interval);
                     note = Some(format!(
-                        "asked to, outputs came every {interval} s, no longer every {before} s, from t = {time} s, after {windows} windows"
+                        "asked to, outputs came every {interval:?} s, no longer every {before:?} s, from t = {time} s, after {windows} windows"
                     ));
                 }
                 Err(least) => {
                     refused = Some(format!(
-                        "an output interval of {interval} s was not taken: it would cut the windows to slivers; give {least:.1e} s at least"
+                        "an output interval of {interval:?} s was not taken: it would cut the windows to slivers; give {least:.1e} s at least"
                     ));
                 }
             }
@@ -91,7 +91,7 @@ impl Watch {
         if let Some(refused) = &asked.refused {
             what.push(refused.clone());
         } else if let Some(interval) = output_interval {
-            what.push(format!("outputs come every {interval} s from now on, {at}"));
+            what.push(format!("outputs come every {interval:?} s from now on, {at}"));
         }
         if checkpoint || stop && is_written {
             what.push(match (is_written, written.notes.last()) {

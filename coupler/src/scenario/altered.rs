@@ -30,6 +30,9 @@ pub struct Altered<P> {
     /// What the participant takes, changed.
     inputs: Fields,
     window: Option<TimeWindow>,
+    /// What was passed on last of the fields given that changes are of, by name: a restored participant gives
+    /// its own, and the coupler had these.
+    passed_on: Vec<(String, Vec<f64>)>,
 }
 
 impl<P: Participant> Altered<P> {
@@ -51,6 +54,7 @@ impl<P: Participant> Altered<P> {
             did,
             inputs: Fields::default(),
             window: None,
+            passed_on: Vec::new(),
         })
     }
 
@@ -59,6 +63,16 @@ impl<P: Participant> Altered<P> {
             let fields = if change.place.direction == Direction::In { inputs } else { outputs };
             memory.begin(start, fields.get(&change.place.quantity).unwrap_or(&[]));
         }
+    }
+
+    /// Keeps what is passed on of the fields given that changes are of.
+    fn pass_on(&mut self, outputs: &Fields) {
+        let given = self.changes.iter().filter(|(change, _)| change.place.direction == Direction::Out);
+        self.passed_on.clear();
+        self.passed_on.extend(given.filter_map(|(change, _)| {
+            let name = &change.place.quantity;
+            Some((name.clone(), outputs.get(name)?.to_vec()))
+        }));
     }
 
     fn alter(
@@ -115,6 +129,11 @@ impl<P: Participant> Altered<P> {
         for (_, memory) in &mut self.changes {
             memory.restore(&mut state)?;
         }
+        self.passed_on.clear();
+        for _ in 0..state.usize("fields that were changed")? {
+            let name = state.text("name of a field")?.to_owned();
+            self.passed_on.push((name, state.f64s("a field that was changed", None)?));
+        }
         state.finish().map(|()| own)
     }
 }
@@ -131,7 +150,10 @@ impl<P> Altered<P> {
         let missed = self.faults.drain(..).filter(|(_, done)| !done);
         let missed: Vec<_> = missed
             .map(|(fault, _)| {
-                format!("the {} had no fault: the run ended before t = {} s", fault.of, fault.at)
+                format!(
+                    "the {} had no fault: it was due at t = {} s, and the run ended first",
+                    fault.of, fault.at
+                )
             })
             .collect();
         self.did.tell(missed);
@@ -141,6 +163,7 @@ impl<P> Altered<P> {
 /// What the participant does not have of a change.
 fn mistake(change: &Change, description: &Description) -> Option<String> {
     let place = &change.place;
+    let number = change.number;
     let of_way = |port: &&interfaces::Port| {
         port.direction == place.direction && port.exchange == interfaces::Exchange::EveryWindow
     };
@@ -149,7 +172,7 @@ fn mistake(change: &Change, description: &Description) -> Option<String> {
     let Some(port) = ports.iter().find(|port| port.name == place.quantity) else {
         let names: Vec<_> = ports.iter().map(|port| port.name.as_str()).collect();
         return Some(format!(
-            "{} = \"{}.{}\": the {}, {}, {way} no such quantity every window; it {way} {}",
+            "change.{number}.{} = \"{}.{}\": the {}, {}, {way} no such quantity every window; it {way} {}",
             if way == "gives" { "given" } else { "taken" },
             place.role,
             place.quantity,
@@ -160,7 +183,7 @@ fn mistake(change: &Change, description: &Description) -> Option<String> {
     };
     if change.component.is_some_and(|component| component >= port.components) {
         return Some(format!(
-            "component: {} has {} components; leave it out for all",
+            "change.{number}.component: {} has {} components; leave it out for all",
             place.quantity, port.components
         ));
     }
@@ -170,7 +193,7 @@ fn mistake(change: &Change, description: &Description) -> Option<String> {
     beyond.map(|point| {
         let n = port.points.or(known).unwrap_or(0);
         format!(
-            "points: {} has {n} points, and {point} is none of 0 to {}",
+            "change.{number}.points: {} has {n} points, and {point} is none of 0 to {}",
             place.quantity,
             n.saturating_sub(1)
         )
@@ -205,6 +228,7 @@ impl<P: Participant> Participant for Altered<P> {
         let report = self.inner.finish(outputs)?;
         if let Some(window) = self.window {
             Self::alter(&mut self.changes, Direction::Out, &window, outputs);
+            self.pass_on(outputs);
         }
         Ok(report)
     }
@@ -229,6 +253,11 @@ impl<P: Participant> Participant for Altered<P> {
         for (_, memory) in &self.changes {
             memory.save(&mut state);
         }
+        state.usize(self.passed_on.len());
+        for (name, values) in &self.passed_on {
+            state.text(name);
+            state.f64s(values);
+        }
         Ok(state.finish())
     }
 
@@ -245,7 +274,14 @@ impl<P: Participant> Participant for Altered<P> {
             return Ok(ready);
         }
         let own = self.read(state).map_err(|error| ParticipantError::failed(error.to_string()))?;
-        self.inner.restore(own, outputs)
+        let ready = self.inner.restore(own, outputs)?;
+        for (name, values) in &self.passed_on {
+            match outputs.get_mut(name) {
+                Some(field) if field.len() == values.len() => field.copy_from_slice(values),
+                _ => return Err(ParticipantError::failed(format!("the state has other values of `{name}`"))),
+            }
+        }
+        Ok(ready)
     }
 
     fn terminate(&mut self) -> Result<()> {

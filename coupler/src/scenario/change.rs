@@ -8,6 +8,8 @@ use words::bytes::{Error, Reader, Writer};
 /// A quantity is other than its giver has it, for a while.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Change {
+    /// Its number in the file, from 0.
+    pub number: usize,
     /// Which quantity.
     pub place: Place,
     /// In windows that start then or later (s).
@@ -296,7 +298,7 @@ mod tests {
     fn change(how: How) -> Change {
         let place =
             Place { role: Role::Fluid, direction: Direction::Out, quantity: "pressure_gradient".to_owned() };
-        Change { place, from: 0.2, until: 0.5, points: None, component: None, how }
+        Change { number: 0, place, from: 0.2, until: 0.5, points: None, component: None, how }
     }
 
     /// What becomes of `1, 2, 3, …` at the ends of windows of 0.1 s, 0 at the start.

@@ -11,6 +11,7 @@ pub use altered::{Altered, Blow, Strike};
 pub use change::Change;
 
 use change::{Corrupt, How, Place};
+use interfaces::port::names;
 use interfaces::{Direction, Role};
 use output::files;
 use rustix::process::Signal;
@@ -23,6 +24,20 @@ use thiserror::Error;
 
 /// File of the scenario in the folder of the outputs: that which was given.
 pub const FILE: &str = "scenario.toml";
+/// Quantities that cross every window.
+const QUANTITIES: [&str; 11] = [
+    names::POSITION,
+    names::VELOCITY,
+    names::PRESSURE_GRADIENT,
+    names::PRESSURE,
+    names::PAIR_REACTION,
+    names::NORMAL,
+    names::HELD_PRESSURE_GRADIENT,
+    names::START_PRESSURE_GRADIENT,
+    names::DISPLACEMENT,
+    names::FORCE,
+    names::START_FORCE,
+];
 /// Longest file that is read (bytes).
 const LONGEST: u64 = 1 << 20;
 
@@ -126,7 +141,7 @@ impl Scenario {
         let mut mistakes = Vec::new();
         for (index, change) in written.change.into_iter().enumerate() {
             let place = format!("change.{index}");
-            match change.understood() {
+            match change.understood(index) {
                 Ok(change) => scenario.changes.push(change),
                 Err(found) => mistakes.extend(found.into_iter().map(|what| format!("{place}.{what}"))),
             }
@@ -155,6 +170,19 @@ impl Scenario {
         missing.dedup();
         let mut mistakes: Vec<_> =
             missing.into_iter().map(|role| format!("the case has no {role} that it could change")).collect();
+        // Those that participants have, whoever they are: what only one of them has is seen when it has come.
+        for change in &self.changes {
+            let (direction, quantity) = (change.place.direction, &change.place.quantity);
+            if !QUANTITIES.contains(&quantity.as_str()) {
+                mistakes.push(format!(
+                    "change.{}.{} = \"{}.{quantity}\": there is no such quantity; write one of {}",
+                    change.number,
+                    if direction == Direction::Out { "given" } else { "taken" },
+                    change.place.role,
+                    QUANTITIES.join(", ")
+                ));
+            }
+        }
         let is_signal = |fault: &&Fault| !matches!(fault.kind, FaultKind::Error(_));
         if in_process && let Some(fault) = self.faults.iter().find(is_signal) {
             mistakes.push(format!(
@@ -203,7 +231,7 @@ fn role(word: &str) -> Option<Role> {
 }
 
 impl WrittenChange {
-    fn understood(self) -> Result<Change, Vec<String>> {
+    fn understood(self, number: usize) -> Result<Change, Vec<String>> {
         let mut mistakes = Vec::new();
         let place = match (&self.given, &self.taken) {
             (Some(words), None) => place("given", words, Direction::Out),
@@ -211,8 +239,18 @@ impl WrittenChange {
             _ => Err("given, taken: exactly one of them says which quantity; write for example given = \"fluid.pressure_gradient\"".to_owned()),
         };
         let (from, until) = (self.from.unwrap_or(0.0), self.until.unwrap_or(f64::INFINITY));
-        if !(from >= 0.0 && until > from) {
+        if from.is_nan() || from < 0.0 {
+            mistakes.push(format!("from = {from}: it has to be 0 or more; give the time in s"));
+        } else if until.is_nan() || until <= from {
             mistakes.push(format!("until = {until}: it has to be behind from = {from}; give both in s"));
+        }
+        let mut points = self.points;
+        if let Some(points) = &mut points {
+            points.sort_unstable();
+            points.dedup();
+        }
+        if points.as_ref().is_some_and(Vec::is_empty) {
+            mistakes.push("points = []: there is none; leave it out for all".to_owned());
         }
         let component = match self.component.as_deref() {
             None => Ok(None),
@@ -252,7 +290,7 @@ impl WrittenChange {
         }
         match (place, component, how) {
             (Ok(place), Ok(component), Ok(how)) if mistakes.is_empty() => {
-                Ok(Change { place, from, until, points: self.points, component, how })
+                Ok(Change { number, place, from, until, points, component, how })
             }
             (place, component, how) => {
                 let found = [place.err(), component.err(), how.err()];
@@ -346,6 +384,7 @@ mod tests {
             "[[change]]\ngiven = 'water.pressure'\nscale = 0.9\nbias = 1\ncomponent = 'w'\n\
              [[change]]\ngiven = 'fluid.pressure'\ntaken = 'fluid.position'\ncorrupt = 'bit:64'\n\
              [[change]]\ngiven = 'fluid.pressure'\ndelay = -1\nuntil = 0\nseed = 3\n\
+             [[change]]\ngiven = 'fluid.pressure'\nbias = 1\nfrom = -1\npoints = []\n\
              [[fault]]\nof = 'gas'\nat = -1\nkind = 'sulk'\nfor = 1",
         )
         .unwrap_err();
@@ -355,7 +394,9 @@ mod tests {
             "change.0.override, bias",
             "change.1.given, taken: exactly one",
             "change.1.corrupt = \"bit:64\"",
-            "change.2.until = 0",
+            "change.2.until = 0: it has to be behind from = 0",
+            "change.3.from = -1: it has to be 0 or more",
+            "change.3.points = []",
             "change.2.delay = -1",
             "change.2.seed",
             "fault.0.of = \"gas\"",
