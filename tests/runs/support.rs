@@ -105,10 +105,13 @@ impl Drop for Bench {
     fn drop(&mut self) {
         // The guard of a run that was killed may still be at work.
         let started = Instant::now();
-        while !self.left().is_empty() && started.elapsed() < Duration::from_secs(5) {
+        let left = loop {
+            let left = self.left();
+            if left.is_empty() || started.elapsed() > Duration::from_secs(5) {
+                break left;
+            }
             std::thread::sleep(Duration::from_millis(10));
-        }
-        let left = self.left();
+        };
         let _ = fs::remove_dir_all(self.address().root());
         if !std::thread::panicking() {
             assert!(left.is_empty(), "left in shared memory: {left:#?}");
