@@ -57,6 +57,23 @@ struct Side {
     compute_seconds: f64,
 }
 
+/// What the system says of a process.
+struct Process {
+    state: &'static str,
+    processor_seconds: f64,
+    memory_bytes: u64,
+}
+
+impl Process {
+    fn look(number: u32) -> Self {
+        Self {
+            state: launch::state(number).unwrap_or_default(),
+            processor_seconds: launch::cpu_seconds(Some(number)),
+            memory_bytes: launch::peak_memory_bytes(Some(number)),
+        }
+    }
+}
+
 /// What was seen at a time.
 struct Look {
     at: Instant,
@@ -134,19 +151,24 @@ impl Board {
         self.known().checkpoint = Some((Instant::now(), windows, time));
     }
 
+    /// What the system says of the participants' processes. It is asked without the lock: the coupling goes on
+    /// meanwhile.
+    fn processes(&self) -> BTreeMap<Role, Process> {
+        let of = |(role, side): (&Role, &Side)| Some((*role, side.process?));
+        let numbers: Vec<_> = self.known().sides.iter().filter_map(of).collect();
+        numbers.into_iter().map(|(role, number)| (role, Process::look(number))).collect()
+    }
+
     /// Looks at the clock and at what the processes have used, for rates.
     pub fn look(&self) {
+        let used = self.processes().into_iter().map(|(role, process)| (role, process.processor_seconds));
+        let processor_seconds = used.collect();
         let mut known = self.known();
-        let used = |side: &Side| side.process.map(|id| launch::cpu_seconds(Some(id)));
         let look = Look {
             at: Instant::now(),
             windows: known.about.windows,
             time: known.about.simulated_seconds,
-            processor_seconds: known
-                .sides
-                .iter()
-                .filter_map(|(role, side)| Some((*role, used(side)?)))
-                .collect(),
+            processor_seconds,
         };
         if known.looks.len() == LOOKS {
             known.looks.pop_front();
@@ -170,6 +192,7 @@ impl Board {
 
     /// All of it, now.
     pub fn status(&self) -> Status {
+        let (processes, memory_bytes) = (self.processes(), launch::peak_memory_bytes(None));
         let known = self.known();
         let now = Instant::now();
         let since = |then: Instant| now.saturating_duration_since(then).as_secs_f64();
@@ -179,7 +202,7 @@ impl Board {
             phase_seconds: since(known.phase.1),
             waits_for: known.waits_for.map(|(role, _)| role),
             waits_seconds: known.waits_for.map(|(_, at)| since(at)),
-            memory_bytes: launch::peak_memory_bytes(None),
+            memory_bytes,
             checkpoint: known.checkpoint.map(|(at, windows, simulated_seconds)| Checkpoint {
                 windows,
                 simulated_seconds,
@@ -187,7 +210,8 @@ impl Board {
             }),
             ..known.about.clone()
         };
-        status.participants = known.sides.iter().map(|(role, side)| known.party(*role, side, now)).collect();
+        let party = |(role, side): (&Role, &Side)| known.party(*role, side, processes.get(role), now);
+        status.participants = known.sides.iter().map(party).collect();
         if let Some(first) = known.looks.front() {
             let (passed, windows) = (since(first.at), status.windows.saturating_sub(first.windows));
             let simulated = status.simulated_seconds - first.time;
@@ -202,27 +226,27 @@ impl Board {
 }
 
 impl Known {
-    fn party(&self, role: Role, side: &Side, now: Instant) -> Party {
+    fn party(&self, role: Role, side: &Side, process: Option<&Process>, now: Instant) -> Party {
         let since = |then: Instant| now.saturating_duration_since(then).as_secs_f64();
         let doing = |(task, at): (Task, Instant)| Doing { task, seconds_ago: since(at) };
         // What it used while it was at this, as far as it was looked at; else in all the time that is known.
         let begun = side.asked.map_or(now.checked_sub(Duration::from_secs(3600)), |(_, at)| Some(at));
         let mut looks = self.looks.iter().filter(|look| begun.is_none_or(|begun| look.at >= begun));
         let first = looks.find_map(|look| Some((look.at, *look.processor_seconds.get(&role)?)));
-        let used = side.process.zip(first).map(|(process, (at, before))| {
-            (since(at), (launch::cpu_seconds(Some(process)) - before).max(0.0))
-        });
+        let used = process
+            .zip(first)
+            .map(|(process, (at, before))| (since(at), (process.processor_seconds - before).max(0.0)));
         Party {
             role,
             solver: side.solver.clone(),
             process: side.process,
-            state: side.process.and_then(launch::state).unwrap_or_default().to_owned(),
+            state: process.map_or_else(String::new, |process| process.state.to_owned()),
             asked: side.asked.map(doing),
             answered: side.answered.map(doing),
             compute_seconds: side.compute_seconds,
             processor_seconds: used.map(|(_, seconds)| seconds),
             looked_at_seconds: used.map(|(passed, _)| passed),
-            memory_bytes: side.process.map_or(0, |process| launch::peak_memory_bytes(Some(process))),
+            memory_bytes: process.map_or(0, |process| process.memory_bytes),
         }
     }
 }

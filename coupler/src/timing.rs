@@ -24,24 +24,19 @@ struct Sums {
     since: f64,
     seconds: [f64; Phase::ALL.len()],
     trace: Option<Trace>,
-    board: Board,
 }
 
 impl Timing {
     /// From now on; a trace is written where there is one.
     pub fn new(trace: Option<Trace>) -> Self {
-        let board = Board::default();
-        Self(
-            Rc::new(RefCell::new(Sums {
-                started: Instant::now(),
-                phase: Phase::Coupling,
-                since: 0.0,
-                seconds: [0.0; Phase::ALL.len()],
-                trace,
-                board: board.clone(),
-            })),
-            board,
-        )
+        let sums = Sums {
+            started: Instant::now(),
+            phase: Phase::Coupling,
+            since: 0.0,
+            seconds: [0.0; Phase::ALL.len()],
+            trace,
+        };
+        Self(Rc::new(RefCell::new(sums)), Board::default())
     }
 
     /// What everybody is at.
@@ -52,7 +47,10 @@ impl Timing {
     /// What the coupling loop announces its phases to.
     pub fn announce(&self) -> Announce {
         let timing = self.clone();
-        Announce::to(move |phase| timing.0.borrow_mut().enter(phase))
+        Announce::to(move |phase| {
+            timing.1.enter(phase);
+            timing.0.borrow_mut().enter(phase)
+        })
     }
 
     /// Times the calls of a participant.
@@ -92,7 +90,6 @@ impl Sums {
     }
 
     fn enter(&mut self, phase: Phase) -> Phase {
-        self.board.enter(phase);
         let now = self.now();
         let ended = std::mem::replace(&mut self.phase, phase);
         self.seconds[ended as usize] += now - self.since;

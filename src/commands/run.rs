@@ -57,8 +57,12 @@ pub fn run(arguments: &Run) -> ExitCode {
     let build = |role| super::solver(&case, role, &out);
     let solvers = Solvers { in_process: &build, executable: &executable };
     let (summary, result) = coupler::run::run(&case, &options, &solvers);
-    if let Err(error @ (RunError::Folder { .. } | RunError::NotInProcess { .. } | RunError::Recording(_))) =
-        result
+    if let Err(
+        error @ (RunError::Folder { .. }
+        | RunError::NotInProcess { .. }
+        | RunError::Recording(_)
+        | RunError::Scenario(_)),
+    ) = result
     {
         return failed(error);
     }

@@ -7,7 +7,7 @@
 //! ```
 
 use crate::restart::{Case, FLUID, Random, SCHEMES, STRUCTURE, assert_equal, set};
-use crate::support::{Bench, MENISCUS, until};
+use crate::support::{Bench, Running, mock, until};
 use crate::unit::spring_unit::case_text;
 use coupler::status::Status;
 use interfaces::Role;
@@ -54,25 +54,15 @@ fn a_million_windows_hold_no_more_than_the_first() {
     let windows = number("SOAK_WINDOWS", 1_000_000);
     let bench = Bench::new();
     let size = 1.0 / windows as f64;
-    let command = |words: &str| {
-        let words: Vec<_> = [MENISCUS, "mock"]
-            .into_iter()
-            .chain(words.split_whitespace())
-            .map(|w| format!("\"{w}\""))
-            .collect();
-        format!("{{ command = [{}] }}", words.join(", "))
-    };
     let coupling = format!("[coupling]\nmax_window = {size:e}\nsub_steps = 1\nrelaxation = 0.5");
-    let text = case_text(&command(FLUID), &command(STRUCTURE), 1.0, &coupling);
+    let text = case_text(&mock(FLUID), &mock(STRUCTURE), 1.0, &coupling);
     fs::write(bench.path("case.toml"), text).expect("a case");
     let case = bench.path("case.toml").display().to_string();
     let words = [case.as_str(), "--no-report", "--quiet", "--set", "case.record_interval=1e-3"];
     let mut run = bench.start_run("out", &words);
-    let status = |windows: u64| {
-        move |bench: &Bench| Status::read(&bench.path("out")).ok().filter(|status| status.windows >= windows)
-    };
-    let wait = |run: &mut crate::support::Running, windows: u64| loop {
-        if let Some(status) = status(windows)(&bench) {
+    let wait = |run: &mut Running, windows: u64| loop {
+        if let Some(status) = Status::read(&bench.path("out")).ok().filter(|status| status.windows >= windows)
+        {
             return status;
         }
         assert!(!run.has_ended(), "{}", run.printed("err"));

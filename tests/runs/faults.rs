@@ -5,8 +5,9 @@
 
 use crate::processes::failed_in_order;
 use crate::support::{Bench, MENISCUS, Running, gone, until};
+use coupler::status::Status;
 use interfaces::Role;
-use output::summary::Status;
+use output::summary;
 use rustix::process::{Pid, Signal, kill_process};
 use std::fs;
 use std::time::{Duration, Instant};
@@ -264,7 +265,7 @@ fn a_coupler_that_ends_takes_its_participants_along_under_every_scheme() {
             assert!(outputs.table("windows.csv").rows() >= windows, "{name}");
             if signal == Signal::TERM {
                 assert_eq!(ended.status.code(), Some(130), "{name}: {}", ended.errors);
-                assert_eq!(outputs.summary().status, Status::Interrupted);
+                assert_eq!(outputs.summary().status, summary::Status::Interrupted);
                 continue;
             }
             assert_eq!(ended.status.code(), None, "{name}");
@@ -318,6 +319,32 @@ fn what_nobody_is_left_to_remove_goes_with_the_next_command() {
     let ended = bench.call(&["status", &bench.path("out").display().to_string()]);
     assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
     assert_eq!(bench.left(), Vec::<String>::new());
+}
+
+/// One that ends while the other is waited for is not left to be found out at its turn.
+#[test]
+fn who_ends_while_the_other_is_waited_for_is_named() {
+    let initialising = (Mock("hang@initialize"), "while the structure was initialising");
+    let solving = (Mock("hang@3"), "while the structure was solving window 3");
+    for (name, settings) in SCHEMES {
+        for (does, words) in [&initialising, &solving] {
+            let bench = Bench::new();
+            let file = case(&bench, Some((Role::Structure, does)), true);
+            let run = start(&bench, "out", &file, settings);
+            let fluid = run.participant(Role::Fluid);
+            until("the structure's silence", || {
+                let status = Status::read(&bench.path("out")).ok()?;
+                let waits = status.waits_for == Some(Role::Structure);
+                (waits && status.waits_seconds > Some(0.1)).then_some(())
+            });
+            kill_process(fluid, Signal::KILL).expect("it runs");
+            let ended = run.wait();
+            let words = ["the fluid failed", words, "before its turn", "signal 9"];
+            // A deadline, of a second here, names the structure.
+            failed_in_order(&bench, "out", &ended, &words);
+            assert!(!ended.errors.contains("deadline"), "{name}: {}", ended.errors);
+        }
+    }
 }
 
 /// A queue tells all processes of a job to end, and the coupler then still wants its checkpoint.

@@ -1,30 +1,13 @@
 //! Recordings: either side of a run is played back where its program is not there, and what departs is named.
 
-use crate::support::{Bench, COARSE, Ended, MENISCUS, Outputs, assert_same};
+use crate::support::{Bench, COARSE, Ended, MENISCUS, assert_same, command, mock};
 use crate::unit::spring_unit::{Spring, case_text};
 use std::fs;
 
 /// `--set` of the program of a side: the recording played back.
 fn replay(role: &str, recording: &str, words: &[&str]) -> String {
     let words = [&[MENISCUS, "mock", "--replay", recording], words].concat();
-    format!("{role}.participant={{ command = {words:?} }}")
-}
-
-/// Tables but for their columns of seconds, to the bit; a side that is played back writes no snapshots.
-fn tables(outputs: &Outputs) -> Vec<(String, Vec<u64>)> {
-    let mut found = Vec::new();
-    for name in ["windows.csv", "probes.csv"].into_iter().filter(|name| outputs.0.join(name).exists()) {
-        for (column, values) in outputs.table(name).iter().filter(|(c, _)| !c.ends_with("_seconds")) {
-            found.push((format!("{name}: {column}"), values.iter().map(|v| v.to_bits()).collect()));
-        }
-    }
-    assert!(!found.is_empty());
-    found
-}
-
-fn command(words: &str) -> String {
-    let words: Vec<&str> = [MENISCUS, "mock"].into_iter().chain(words.split_whitespace()).collect();
-    format!("{{ command = {words:?} }}")
+    format!("{role}.participant={}", command(&words))
 }
 
 #[test]
@@ -43,7 +26,7 @@ fn either_side_of_the_gate_is_played_back_to_the_bit() {
     assert_same(&recorded, &bench.coarse_gate("not-recorded", &["--in-process"]));
     for (role, of) in [("fluid", &file), ("structure", &file), ("fluid", &in_process)] {
         let replayed = bench.coarse_gate("replayed", &["--set", &replay(role, of, &[])]);
-        assert!(tables(&replayed) == tables(&recorded), "{role} of {of}");
+        assert!(replayed.tables() == recorded.tables(), "{role} of {of}");
         let log = fs::read_to_string(replayed.0.join(format!("{role}.log"))).expect("a log");
         assert!(log.contains("all of them as recorded, to the bit"), "{log}");
         let notes = replayed.summary().notes;
@@ -84,7 +67,7 @@ impl Recorded {
         let unit = Spring::of(3).build(folder.path());
         let structure = Spring::of(3).participant(&unit, "stiffness = 400");
         let coupling = "[coupling]\nmax_window = 1e-3\nsub_steps = 4";
-        let text = case_text(&command(FLUID), &structure, 0.02, coupling);
+        let text = case_text(&mock(FLUID), &structure, 0.02, coupling);
         let path = bench.path("case.toml");
         fs::write(&path, text).expect("a case");
         let file = path.display().to_string();
@@ -113,7 +96,7 @@ fn what_is_not_there_any_more_is_played_back_and_a_bit_that_differs_is_named() {
     let structure = |words: &[&str]| replay("structure", recording, words);
     let replayed = recorded.run("replayed", &["--set", &structure(&[])]);
     assert_eq!(replayed.status.code(), Some(0), "{}", replayed.errors);
-    assert!(tables(&bench.outputs("replayed")) == tables(&bench.outputs("recorded")));
+    assert!(bench.outputs("replayed").tables() == bench.outputs("recorded").tables());
 
     let other: Vec<&str> = FLUID.split_whitespace().chain(["--fault", "bit:2@7"]).collect();
     let other = [&[MENISCUS, "mock"], &other[..]].concat();

@@ -2,7 +2,7 @@
 //!
 //! `cargo test --release --test runs restart -- --ignored` kills a hundred times instead of a few.
 
-use crate::support::{Bench, COARSE, Ended, MENISCUS, Outputs, until};
+use crate::support::{Bench, COARSE, Ended, Outputs, mock, until};
 use crate::unit::spring_unit::{Spring, case_text};
 use output::summary::Status;
 use rustix::process::{Resource, Rlimit, Signal, prlimit};
@@ -20,17 +20,9 @@ impl Random {
     }
 }
 
-/// A participant's words for a case.
-fn command(words: &[&str]) -> String {
-    let words: Vec<String> = words.iter().map(|word| format!("\"{word}\"")).collect();
-    format!("{{ command = [{}] }}", words.join(", "))
-}
-
 /// A mock that takes `pause` (s) over every solution.
-pub fn mock(words: &str, pause: &str) -> String {
-    let fault = format!("slow:{pause}@*/start");
-    let words = words.split_whitespace().chain(["--fault", &fault]);
-    command(&[MENISCUS, "mock"].into_iter().chain(words).collect::<Vec<_>>())
+fn slow(words: &str, pause: &str) -> String {
+    mock(&format!("{words} --fault slow:{pause}@*/start"))
 }
 
 pub const FLUID: &str = "added-mass-column wall=moving mass=0.1 gravity=9.81";
@@ -66,7 +58,7 @@ impl Case {
 
     /// Of mocks that take `pause` (s) over every solution.
     pub fn of_mocks(pause: &str) -> Self {
-        Self::of(&mock(FLUID, pause), &mock(STRUCTURE, pause))
+        Self::of(&slow(FLUID, pause), &slow(STRUCTURE, pause))
     }
 
     /// The undisturbed run, without checkpoints.
@@ -192,7 +184,7 @@ fn a_killed_run_with_a_unit_goes_on_to_the_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let unit = Spring::of(3).build(folder.path());
     let structure = Spring::of(3).participant(&unit, "stiffness = 400");
-    let case = Case::of(&mock(FLUID, "0.002"), &structure);
+    let case = Case::of(&slow(FLUID, "0.002"), &structure);
     let settings = set(&["coupling.scheme=serial-implicit"]);
     let whole = case.whole("whole", &settings);
     assert_equal(&case.killed("killed", &settings, (1, 60), &mut random), &whole);
@@ -353,7 +345,7 @@ fn who_cannot_be_saved_is_named_and_the_run_goes_on() {
     let spring = Spring { keeps_state: false, ..Spring::of(3) };
     let unit = spring.build(folder.path());
     let structure = spring.participant(&unit, "stiffness = 400");
-    let case = Case::of(&mock(FLUID, "0"), &structure);
+    let case = Case::of(&slow(FLUID, "0"), &structure);
     let settings = set(&["coupling.scheme=parallel-explicit", "coupling.relaxation=0.1"]);
     let dir = case.bench.path("out").display().to_string();
     let words = ["run", &case.file, "--out", &dir, "--checkpoint-every", "0.01", "--no-report", "--quiet"];
@@ -374,7 +366,7 @@ fn a_hundred_kills() {
     let folder = tempfile::tempdir().expect("a folder");
     let unit = Spring::of(3).build(folder.path());
     let structure = Spring::of(3).participant(&unit, "stiffness = 400");
-    let (mocks, units) = (Case::of_mocks("0.001"), Case::of(&mock(FLUID, "0.002"), &structure));
+    let (mocks, units) = (Case::of_mocks("0.001"), Case::of(&slow(FLUID, "0.002"), &structure));
     let mut gate = Case::of_mocks("0.001");
     gate.file = COARSE[0].to_owned();
     let mut of_gate = vec!["case.output_interval=2.5e-3"];

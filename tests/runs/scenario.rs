@@ -79,20 +79,25 @@ fn what_is_changed_reaches_the_other_side_however_it_is_run() {
 
 #[test]
 fn a_run_that_a_fault_ended_goes_on_under_its_changes_without_it() {
-    let bench = Bench::new();
-    let changes = format!("{HALF_FOR_A_WHILE}{MORE}");
-    completed(&bench, "whole", &changes, &["--checkpoint-every", "0.005"]);
-    let fault = "[[fault]]\nof = 'structure'\nat = 0.012\nkind = 'kill'";
-    let ended = run(&bench, "cut", &format!("{changes}{fault}"), &["--checkpoint-every", "0.005"]);
-    assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
-    let summary = bench.outputs("cut").summary();
-    let message = summary.message.expect("a failed run says why");
-    assert!(message.contains("the structure failed while") && message.contains("signal 9"), "{message}");
-    let told = "scenario: the structure's process was killed with window ";
-    assert!(summary.notes.iter().any(|note| note.starts_with(told)), "{:?}", summary.notes);
-    let ended = bench.call(&["run", "--resume", &bench.path("cut").display().to_string(), "--no-report"]);
-    assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
-    assert_same(&bench.outputs("whole"), &bench.outputs("cut"));
+    for scheme in ["serial-explicit", "parallel-implicit"] {
+        let bench = Bench::new();
+        let changes = format!("{HALF_FOR_A_WHILE}{MORE}");
+        let scheme = format!("coupling.scheme={scheme}");
+        let words = ["--set", &scheme, "--checkpoint-every", "0.005"];
+        completed(&bench, "whole", &changes, &words);
+        let fault = "[[fault]]\nof = 'structure'\nat = 0.012\nkind = 'kill'";
+        let ended = run(&bench, "cut", &format!("{changes}{fault}"), &words);
+        assert_eq!(ended.status.code(), Some(1), "{}", ended.errors);
+        let summary = bench.outputs("cut").summary();
+        let message = summary.message.expect("a failed run says why");
+        assert!(message.contains("the structure failed while") && message.contains("signal 9"), "{message}");
+        let told = "scenario: the structure's process was killed with window ";
+        assert!(summary.notes.iter().any(|note| note.starts_with(told)), "{:?}", summary.notes);
+        let cut = bench.path("cut").display().to_string();
+        let ended = bench.call(&["run", "--resume", &cut, "--no-report"]);
+        assert_eq!(ended.status.code(), Some(0), "{}", ended.errors);
+        assert_same(&bench.outputs("whole"), &bench.outputs("cut"));
+    }
 }
 
 /// What is spoilt on purpose is caught where it would be by accident.

@@ -212,9 +212,18 @@ impl Drop for Running {
 
 /// Whether that process has ended, a zombie being none any more.
 pub fn gone(process: Pid) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{}/stat", process.as_raw_nonzero()));
-    // The name of the process, in parentheses, may hold anything; its state is the letter after it.
-    stat.map_or(true, |stat| stat.rsplit(") ").next().is_none_or(|rest| rest.starts_with(['Z', 'X'])))
+    let state = coupler::launch::state(process.as_raw_nonzero().get().unsigned_abs());
+    state.is_none_or(|state| state == "ended")
+}
+
+/// A participant of a case: this command.
+pub fn command(words: &[&str]) -> String {
+    format!("{{ command = {words:?} }}")
+}
+
+/// A participant of a case: the mock of these words.
+pub fn mock(words: &str) -> String {
+    command(&[MENISCUS, "mock"].into_iter().chain(words.split_whitespace()).collect::<Vec<_>>())
 }
 
 /// Looks until there is something, within the watchdog.
@@ -241,16 +250,22 @@ impl Outputs {
         Summary::read(&self.0.join("summary.json")).expect("a summary that can be read")
     }
 
-    /// Everything that must not depend on how the run was made: tables but for columns of seconds, and
-    /// snapshots byte for byte.
-    pub fn result(&self) -> Vec<(String, Vec<u64>)> {
+    /// Tables but for columns of seconds, to the bit.
+    pub fn tables(&self) -> Vec<(String, Vec<u64>)> {
         let mut result = Vec::new();
-        let intervals = Some("probes_intervals.csv").filter(|name| self.0.join(name).exists());
-        for name in ["windows.csv", "probes.csv"].into_iter().chain(intervals) {
+        let of_probes = ["probes.csv", "probes_intervals.csv"].into_iter();
+        let of_probes = of_probes.filter(|name| self.0.join(name).exists());
+        for name in ["windows.csv"].into_iter().chain(of_probes) {
             for (column, values) in self.table(name).iter().filter(|(c, _)| !c.ends_with("_seconds")) {
                 result.push((format!("{name}: {column}"), values.iter().map(|v| v.to_bits()).collect()));
             }
         }
+        result
+    }
+
+    /// Everything that must not depend on how the run was made: tables, and snapshots byte for byte.
+    pub fn result(&self) -> Vec<(String, Vec<u64>)> {
+        let mut result = self.tables();
         for file in self.snapshots() {
             let bytes = fs::read(&file).expect("a snapshot that can be read");
             let name = file.file_name().expect("a file has a name").to_string_lossy().into_owned();

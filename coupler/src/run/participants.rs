@@ -49,6 +49,9 @@ const GRACE: Duration = Duration::from_millis(1500);
 /// How long a participant that has to be started by hand may take to come, and to hear of a fault.
 const BY_HAND: Duration = Duration::from_secs(600);
 
+/// What a participant is at until it has said what it is.
+const SHAKING_HANDS: &str = "shaking hands";
+
 /// Participants by role.
 type ByRole<T> = BTreeMap<Role, T>;
 
@@ -149,7 +152,7 @@ impl Participants {
             self.timing.board().waits_for(role);
             let remote = open.wait_for_hello(self.alive(role)).map_err(|error| {
                 self.died_at_the_start = matches!(error, ParticipantError::Died { .. });
-                failed(role, "while shaking hands", error)
+                failed(role, &format!("while {SHAKING_HANDS}"), error)
             })?;
             self.timing.board().came(role, &remote.describe().solver);
             let side = self.side(case, Box::new(remote), options)?;
@@ -369,9 +372,12 @@ impl Participants {
         let fallen = self.fallen.take().filter(|(fallen, _)| *fallen != role);
         let (role, during, source) = match (fallen, source) {
             (Some((fallen, how)), ParticipantError::Died { .. }) => {
-                let (during, when) = match during.strip_prefix("while solving ") {
-                    Some(rest) => (format!("while the {role} was solving {rest}"), "before its turn"),
-                    None => (during, "while connecting"),
+                // Both shake hands at once; later one has its turn.
+                let (during, when) = match during.strip_prefix("while ") {
+                    Some(rest) if rest != SHAKING_HANDS => {
+                        (format!("while the {role} was {rest}"), "before its turn")
+                    }
+                    _ => (during, "while connecting"),
                 };
                 (fallen, during, ParticipantError::Died { during: format!("{when} ({how})") })
             }
