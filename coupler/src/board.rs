@@ -151,8 +151,8 @@ impl Board {
         self.known().checkpoint = Some((Instant::now(), windows, time));
     }
 
-    /// What the system says of the participants' processes. It is asked without the lock: the coupling goes on
-    /// meanwhile.
+    /// What the system says of the participants' processes. It is asked without the lock: the coupling goes
+    /// on meanwhile.
     fn processes(&self) -> BTreeMap<Role, Process> {
         let of = |(role, side): (&Role, &Side)| Some((*role, side.process?));
         let numbers: Vec<_> = self.known().sides.iter().filter_map(of).collect();
